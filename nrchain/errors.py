@@ -1,0 +1,38 @@
+"""The errors a user can cause. Each says what was given, where, and what is allowed."""
+
+
+class NrchainError(Exception):
+    """Base of every documented error of nrchain."""
+
+
+class SceneError(NrchainError, ValueError):
+    """A scene, or an argument, that cannot be simulated; raised before any time is spent.
+
+    ``key`` is the scene key (``chain.spacing``) or argument name, ``value`` what was given and
+    ``allowed`` a sentence on what would be accepted.
+    """
+
+    def __init__(self, key: str, value: object, allowed: str) -> None:
+        self.key, self.value, self.allowed = key, value, allowed
+        super().__init__(f"{key} = {_shorten(value)}: {allowed}")
+
+
+class BackendError(NrchainError, RuntimeError):
+    """A pair-law backend that is missing, of an unknown release, or fails its self-check."""
+
+
+class TrajectoryError(NrchainError, OSError):
+    """A trajectory file that is missing, not ours, damaged, or would be overwritten."""
+
+
+class RunStopped(NrchainError, RuntimeError):
+    """A run that cannot go on: carries the time it reached and the reason."""
+
+    def __init__(self, time: float, reason: str) -> None:
+        self.time, self.reason = time, reason
+        super().__init__(f"stopped at t = {time:.6g}: {reason}")
+
+
+def _shorten(value: object, limit: int = 80) -> str:
+    text = repr(value)
+    return text if len(text) <= limit else text[: limit - 1] + "…"

@@ -1,0 +1,229 @@
+"""u = Σ V (a/r)^k P(c) b: the flow that a mode of surface slip induces, one row a mode.
+
+A sphere of radius a whose slip is uniaxial about the unit vector e sets up, at x = r n from its
+centre and with c = e·n, a flow with components along three vectors only,
+
+    u = u_n n + u_e e + u_x (e × n),      u_b = V Σ_k (a/r)^k P_bk(c),
+
+with polynomials P. A mode is that table of polynomials and nothing else: its angular velocity is
+half the curl, its finite-size correction a Laplacian, and both are taken here on the table,
+exactly, in rational numbers. The compiled kernels, the Jacobians, the lattice sums and the tests
+are all made from the same rows, so that a further mode is one call of :func:`register`.
+
+Source of the four pair laws: Németh, Kobayashi, Adhikari, Eqs. (2s_force), (3a_force), (3t_force)
+and (4a_force), with n the unit vector from the acting to the feeling sphere. The strengths V are
+the paper's: they differ from slip speeds by the factors noted in the README.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from nrchain.errors import SceneError
+
+BASIS = ("n", "e", "x")
+"""The three vectors of a flow: n, e and x = e × n."""
+
+Polynomial = tuple[Fraction, ...]
+"""Coefficients of 1, c, c², …"""
+
+PairTable = dict[tuple[str, int], Polynomial]
+"""Polynomial in c for each (basis vector, power of a/r)."""
+
+
+@dataclass(frozen=True)
+class SlipMode:
+    """One mode of slip: its label, its symmetry and the flow it induces.
+
+    Parameters
+    ----------
+    label
+        What scenes call it, such as ``"2s"``: the order l of the tensorial harmonic, and its part
+        s (symmetric), a (antisymmetric) or t (trace).
+    name
+        Its spoken name.
+    order
+        l of the label; the finite-size operator of the acting sphere is 1 + a²∇²/(4l + 2).
+    polar, chiral
+        Whether the mode changes sign with e, and with a mirror.
+    velocity
+        The flow over V as ``{(basis, k): coefficients of 1, c, c², …}``.
+    """
+
+    label: str
+    name: str
+    order: int
+    polar: bool
+    chiral: bool
+    velocity: Mapping[tuple[str, int], Iterable[Fraction | int | str]]
+
+    def __post_init__(self) -> None:
+        table = {key: tuple(Fraction(p) for p in row) for key, row in self.velocity.items()}
+        for basis, power in table:
+            if basis not in BASIS or power < 1:
+                raise SceneError(
+                    f"velocity of mode {self.label}",
+                    (basis, power),
+                    f"a row is keyed by one of {', '.join(BASIS)} and a power of a/r of at least 1",
+                )
+        object.__setattr__(self, "velocity", _clean(table))
+
+    def flow(self, finite_size: bool = False) -> PairTable:
+        """u/V as a table; with ``finite_size``, (1 + a²∇²/6)(1 + a²∇²/(4l + 2)) u/V.
+
+        The first factor is Faxén's for the sphere that feels the flow, the second that of the
+        sphere whose slip sets it up (Table active_force_torque of the paper).
+        """
+        table = dict(self.velocity)
+        if finite_size:
+            for denominator in (6, 4 * self.order + 2):
+                table = _add(table, _scale(laplacian(table), Fraction(1, denominator)))
+        return table
+
+    def spin(self, finite_size: bool = False) -> PairTable:
+        """a w/V = (a/2V) curl u as a table: the angular velocity of a sphere in the flow.
+
+        The finite-size factors leave it as it is for a biharmonic flow, whose curl is harmonic.
+        """
+        return _scale(curl(self.flow(finite_size)), Fraction(1, 2))
+
+
+def curl(table: PairTable) -> PairTable:
+    """a ∇ × (u_n n + u_e e + u_x e × n), term by term, on a table in powers of s = a/r.
+
+    With ∇c = (e − c n)/r:
+        ∇ × (f n)     = (f_c / r) e × n
+        ∇ × (g e)     = (c g_c / r − g_r) e × n
+        ∇ × (h e × n) = (h_r + h/r) e + [c h/r − c h_r − (1 − c²) h_c / r] n
+    and a monomial s^k has r ∂/∂r = −k.
+    """
+    result: PairTable = {}
+    for (basis, k), p in table.items():
+        slope = _derivative(p)
+        if basis == "n":
+            _accumulate(result, ("x", k + 1), slope)
+        elif basis == "e":
+            _accumulate(result, ("x", k + 1), _shift(slope, 1))
+            _accumulate(result, ("x", k + 1), tuple(k * q for q in p))
+        else:
+            _accumulate(result, ("e", k + 1), tuple((1 - k) * q for q in p))
+            _accumulate(result, ("n", k + 1), tuple((1 + k) * q for q in _shift(p, 1)))
+            _accumulate(result, ("n", k + 1), tuple(-q for q in slope))
+            _accumulate(result, ("n", k + 1), _shift(slope, 2))
+    return _clean(result)
+
+
+def laplacian(table: PairTable) -> PairTable:
+    """a²∇²u = −a² ∇ × (∇ × u), for a flow without divergence."""
+    return _scale(curl(curl(table)), Fraction(-1))
+
+
+def _derivative(p: Polynomial) -> Polynomial:
+    return tuple(m * q for m, q in enumerate(p))[1:]
+
+
+def _shift(p: Polynomial, by: int) -> Polynomial:
+    return (Fraction(0),) * by + tuple(p)
+
+
+def _accumulate(table: PairTable, key: tuple[str, int], p: Polynomial) -> None:
+    old = table.get(key, ())
+    longest = max(len(old), len(p))
+    pad = [tuple(q) + (Fraction(0),) * (longest - len(q)) for q in (old, p)]
+    table[key] = tuple(a + b for a, b in zip(*pad, strict=True))
+
+
+def _add(first: PairTable, second: PairTable) -> PairTable:
+    result = dict(first)
+    for key, p in second.items():
+        _accumulate(result, key, p)
+    return _clean(result)
+
+
+def _scale(table: PairTable, factor: Fraction) -> PairTable:
+    return {key: tuple(factor * q for q in p) for key, p in table.items()}
+
+
+def _clean(table: PairTable) -> PairTable:
+    """The table without trailing zeros and without rows that vanish."""
+    result: PairTable = {}
+    for key, p in table.items():
+        while p and p[-1] == 0:
+            p = p[:-1]
+        if p:
+            result[key] = p
+    return result
+
+
+_MODES: dict[str, SlipMode] = {}
+
+
+def register(mode: SlipMode) -> SlipMode:
+    """Make a mode known to scenes, kernels and the registry-driven tests, and return it.
+
+    Raises :class:`~nrchain.errors.SceneError` when the label is taken by another mode.
+    """
+    known = _MODES.get(mode.label)
+    if known is not None and known != mode:
+        raise SceneError("slip mode label", mode.label, "is taken by another mode; choose a new one")
+    _MODES[mode.label] = mode
+    return mode
+
+
+def modes() -> tuple[SlipMode, ...]:
+    """Every mode known, in the order of registration."""
+    return tuple(_MODES.values())
+
+
+def find(label: str) -> SlipMode:
+    """The mode of a label; unknown labels raise with the nearest known one."""
+    if label in _MODES:
+        return _MODES[label]
+    near = difflib.get_close_matches(str(label), _MODES, n=1, cutoff=0.3)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    raise SceneError("slip mode", label, f"known modes are {', '.join(_MODES)}{hint}")
+
+
+register(
+    SlipMode(
+        label="2s",
+        name="stresslet",
+        order=2,
+        polar=False,
+        chiral=False,
+        velocity={("n", 2): ("-7/6", 0, "7/2")},
+    )
+)
+register(
+    SlipMode(
+        label="3a",
+        name="torque dipole",
+        order=3,
+        polar=False,
+        chiral=True,
+        velocity={("x", 3): (0, "13/12")},
+    )
+)
+register(
+    SlipMode(
+        label="3t",
+        name="source dipole",
+        order=3,
+        polar=True,
+        chiral=False,
+        velocity={("e", 3): ("-1/5",), ("n", 3): (0, "3/5")},
+    )
+)
+register(
+    SlipMode(
+        label="4a",
+        name="chiral octupole",
+        order=4,
+        polar=True,
+        chiral=True,
+        velocity={("x", 4): ("363/40", 0, "-363/8")},
+    )
+)
