@@ -168,7 +168,9 @@ def register(mode: SlipMode) -> SlipMode:
     """
     known = _MODES.get(mode.label)
     if known is not None and known != mode:
-        raise SceneError("slip mode label", mode.label, "is taken by another mode; choose a new one")
+        raise SceneError(
+            "slip mode label", mode.label, "is taken by another mode; choose a new one"
+        )
     _MODES[mode.label] = mode
     return mode
 

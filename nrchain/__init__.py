@@ -1,0 +1,74 @@
+"""nrchain: chains of active colloids in Stokes flow that break action and reaction."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from nrchain.api import active_wrenches, elastic_energy, elastic_wrenches
+    from nrchain.errors import (
+        BackendError,
+        NrchainError,
+        SceneError,
+        TrajectoryError,
+    )
+    from nrchain.run import describe, resume, simulate
+    from nrchain.scene import Scene, Slip, load_scene, scene_names
+    from nrchain.slip_modes import SlipMode, register
+    from nrchain.trajectory import Trajectory
+
+# Each public name is imported when it is first used, so that `import nrchain` stays light.
+_HOMES = {
+    "active_wrenches": "nrchain.api",
+    "elastic_energy": "nrchain.api",
+    "elastic_wrenches": "nrchain.api",
+    "BackendError": "nrchain.errors",
+    "NrchainError": "nrchain.errors",
+    "SceneError": "nrchain.errors",
+    "TrajectoryError": "nrchain.errors",
+    "describe": "nrchain.run",
+    "resume": "nrchain.run",
+    "simulate": "nrchain.run",
+    "Scene": "nrchain.scene",
+    "Slip": "nrchain.scene",
+    "load_scene": "nrchain.scene",
+    "scene_names": "nrchain.scene",
+    "SlipMode": "nrchain.slip_modes",
+    "register": "nrchain.slip_modes",
+    "Trajectory": "nrchain.trajectory",
+}
+
+__all__ = [
+    "BackendError",
+    "NrchainError",
+    "Scene",
+    "SceneError",
+    "Slip",
+    "SlipMode",
+    "Trajectory",
+    "TrajectoryError",
+    "active_wrenches",
+    "describe",
+    "elastic_energy",
+    "elastic_wrenches",
+    "load_scene",
+    "register",
+    "resume",
+    "scene_names",
+    "simulate",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'nrchain' has no attribute {name!r}")
+    value = getattr(importlib.import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,345 @@
+"""g_i = g_i⁰(t) · cay(ξ_i): the poses of a chain as a vector of coordinates y, and its ODE.
+
+Every sphere has a base pose and six coordinates ξ = (ρ, θ) on SE(3) about it, zero at the start.
+The base moves: all bases drift with one velocity V and each turns about its own e₁ at one rate Ω,
+so that a chain that swims or spins steadily stays near y = 0. With p = r − r⁰(t), the rates are
+
+    θ̇ = dcay⁻¹(ω − Ω e₁),   ρ̇ from v − V   (see :func:`nrchain.lie.rate`),
+
+and the Jacobian is J_ij = T_i⁻¹ D_ij T_j + δ_ij ∂(T_i⁻¹)·(twist), with D the derivative of the
+twists with displacements and rotations in the lab and T the tangent of the Cayley map.
+
+Spheres that are clamped have no coordinates. The spheres of a periodic chain are numbered
+0, N−1, 1, N−2, … in y: neighbours stay within twice their distance, and the matrix banded.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from nrchain import lie
+from nrchain._compile import kernel
+from nrchain.model import Model
+
+TURN_LIMIT = 2.0
+"""|θ| = 2 tan(α/2) at which a chart is left for a fresh one: a quarter turn."""
+
+
+@kernel
+def _poses(y, order, base_positions, base_frames, angle, offset, positions, frames):
+    cosine, sine = math.cos(angle), math.sin(angle)
+    rotation, base = np.empty((3, 3)), np.empty((3, 3))
+    for slot in range(order.shape[0]):
+        i = order[slot]
+        rho, theta = y[6 * slot : 6 * slot + 3], y[6 * slot + 3 : 6 * slot + 6]
+        lie.half_inverse(theta, rho, positions[i])
+        lie.cayley(theta, rotation)
+        for k in range(3):
+            positions[i, k] += base_positions[i, k] + offset[k]
+            base[0, k] = base_frames[i, 0, k]
+            base[1, k] = cosine * base_frames[i, 1, k] + sine * base_frames[i, 2, k]
+            base[2, k] = cosine * base_frames[i, 2, k] - sine * base_frames[i, 1, k]
+        for a in range(3):
+            for k in range(3):
+                frames[i, a, k] = (
+                    rotation[k, 0] * base[a, 0]
+                    + rotation[k, 1] * base[a, 1]
+                    + rotation[k, 2] * base[a, 2]
+                )
+
+
+@kernel
+def _relative(i, base_positions, offset, drift, spin, positions, frames, twists, local):
+    """local rows: p = r − r⁰(t), v − V and ω − Ω e₁ of sphere i."""
+    for k in range(3):
+        local[0, k] = positions[i, k] - base_positions[i, k] - offset[k]
+        local[1, k] = twists[i, k] - drift[k]
+        local[2, k] = twists[i, 3 + k] - spin * frames[i, 0, k]
+
+
+@kernel
+def _rates(y, order, base_positions, offset, drift, spin, positions, frames, twists, out):
+    local = np.empty((3, 3))
+    for slot in range(order.shape[0]):
+        i = order[slot]
+        _relative(i, base_positions, offset, drift, spin, positions, frames, twists, local)
+        theta = y[6 * slot + 3 : 6 * slot + 6]
+        lie.rate(theta, local[0], local[1], local[2], out[6 * slot : 6 * slot + 6])
+
+
+@kernel
+def _tangents(y, order, base_positions, offset, drift, spin, positions, frames, twists, maps):
+    """maps[i] = T, T⁻¹ and ∂(T⁻¹)·(twist) of every sphere with coordinates."""
+    local, rate = np.empty((3, 3)), np.empty(6)
+    for slot in range(order.shape[0]):
+        i = order[slot]
+        _relative(i, base_positions, offset, drift, spin, positions, frames, twists, local)
+        theta = y[6 * slot + 3 : 6 * slot + 6]
+        lie.tangent(theta, local[0], maps[i, 0])
+        lie.inverse_tangent(theta, local[0], maps[i, 1])
+        lie.rate(theta, local[0], local[1], local[2], rate)
+        lie.rate_derivative(theta, local[0], local[1], local[2], rate[3:], maps[i, 0], maps[i, 2])
+
+
+@kernel
+def _to_chart(blocks, slot_of, maps, frames, spin):
+    """blocks ← T_i⁻¹ D_ij T_j + δ_ij ∂(T_i⁻¹)·(twist), in place."""
+    count, width = blocks.shape[0], blocks.shape[1]
+    centre = width // 2
+    work = np.empty((6, 6))
+    for i in range(count):
+        if slot_of[i] < 0:
+            continue
+        own = blocks[i, centre]
+        # ω − Ω e₁ changes by −Ω φ × e₁ = Ω e₁ × φ when the sphere turns
+        for k in range(3):
+            k1, k2 = (k + 1) % 3, (k + 2) % 3
+            own[3 + k, 3 + k1] -= spin * frames[i, 0, k2]
+            own[3 + k, 3 + k2] += spin * frames[i, 0, k1]
+        for m in range(width):
+            j = (i + m - centre) % count
+            if slot_of[j] < 0:
+                continue
+            block = blocks[i, m]
+            for p in range(6):
+                for q in range(6):
+                    total = 0.0
+                    for k in range(6):
+                        total += block[p, k] * maps[j, 0, k, q]
+                    work[p, q] = total
+            for p in range(6):
+                for q in range(6):
+                    total = maps[i, 2, p, q] if m == centre else 0.0
+                    for k in range(6):
+                        total += maps[i, 1, p, k] * work[k, q]
+                    block[p, q] = total
+
+
+@kernel
+def _product(blocks, order, slot_of, periodic, vector, out):
+    count, width = blocks.shape[0], blocks.shape[1]
+    centre = width // 2
+    out[:] = 0.0
+    for slot in range(order.shape[0]):
+        i = order[slot]
+        for m in range(width):
+            j = i + m - centre
+            if not periodic and (j < 0 or j >= count):
+                continue
+            other = slot_of[j % count]
+            if other < 0:
+                continue
+            for p in range(6):
+                for q in range(6):
+                    out[6 * slot + p] += blocks[i, m, p, q] * vector[6 * other + q]
+
+
+@kernel
+def _newton_band(blocks, order, slot_of, periodic, gamma, half, band):
+    """band ← I − γJ in the layout of LAPACK's banded factorisation."""
+    count, width = blocks.shape[0], blocks.shape[1]
+    centre = width // 2
+    band[:] = 0.0
+    for slot in range(order.shape[0]):
+        i = order[slot]
+        for p in range(6):
+            band[2 * half, 6 * slot + p] = 1.0
+        for m in range(width):
+            j = i + m - centre
+            if not periodic and (j < 0 or j >= count):
+                continue
+            other = slot_of[j % count]
+            if other < 0:
+                continue
+            for q in range(6):
+                column = 6 * other + q
+                for p in range(6):
+                    band[2 * half + 6 * slot + p - column, column] -= gamma * blocks[i, m, p, q]
+
+
+@kernel
+def _push_forward(vector, maps, order, poses):
+    """poses[i] = T (change of y): displacement and rotation in the lab."""
+    for slot in range(order.shape[0]):
+        i = order[slot]
+        for p in range(6):
+            total = 0.0
+            for q in range(6):
+                total += maps[i, 0, p, q] * vector[6 * slot + q]
+            poses[i, p] = total
+
+
+@kernel
+def _add_pulled_back(twists, maps, order, out):
+    """out += T⁻¹ (v, ω)."""
+    for slot in range(order.shape[0]):
+        i = order[slot]
+        for p in range(6):
+            total = 0.0
+            for q in range(6):
+                total += maps[i, 1, p, q] * twists[i, q]
+            out[6 * slot + p] += total
+
+
+@kernel
+def _largest_turn(y):
+    largest = 0.0
+    for slot in range(y.shape[0] // 6):
+        x, z, w = y[6 * slot + 3], y[6 * slot + 4], y[6 * slot + 5]
+        largest = max(largest, x * x + z * z + w * w)
+    return math.sqrt(largest)
+
+
+class ChartedChain:
+    """The chain's ODE ẏ = f(t, y) about base poses that drift and spin.
+
+    ``rates`` is f, ``linearise`` takes its Jacobian at a point, ``product`` applies that Jacobian,
+    ``factorise`` and ``solve`` treat I − γJ with the part of J near the diagonal. ``evaluations``
+    and ``jacobians`` count the work.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        count = model.count
+        self._periodic = model.period > 0.0
+        spheres = np.arange(count)
+        if self._periodic:
+            spheres = np.stack([spheres, spheres[::-1]], axis=1).ravel()[:count]
+        self.order = spheres[~model.held[spheres]]
+        self._slot_of = np.full(count, -1)
+        self._slot_of[self.order] = np.arange(len(self.order))
+        self.dimension = 6 * len(self.order)
+        places = min(model.reach * (2 if self._periodic else 1), max(len(self.order) - 1, 0))
+        self._half = 6 * places + 5
+        self.evaluations = self.jacobians = 0
+        self._positions, self._frames = np.empty((count, 3)), np.empty((count, 3, 3))
+        self._twists, self._poses = np.empty((count, 6)), np.zeros((count, 6))
+        self._blocks = np.empty((count, 2 * model.reach + 1, 6, 6))
+        self._maps = np.empty((count, 3, 6, 6))
+        self._band = np.zeros((3 * self._half + 1, self.dimension), order="F")
+        self._factors: tuple[np.ndarray, np.ndarray] | None = None
+
+    def set_base(
+        self,
+        time: float,
+        positions: np.ndarray,
+        frames: np.ndarray,
+        drift: np.ndarray,
+        spin: float,
+    ) -> None:
+        """Take these poses as the base at ``time``, moving with ``drift`` (3,) and ``spin``."""
+        self.time, self.drift, self.spin = float(time), np.array(drift, float), float(spin)
+        self.base_positions = np.array(positions, float)
+        self.base_frames = np.array(frames, float)
+        self._positions[:], self._frames[:] = positions, frames
+
+    def rebase(self, time: float, positions: np.ndarray, frames: np.ndarray) -> None:
+        """As :meth:`set_base`, with the mean drift and spin that the slip gives the chain now.
+
+        The elastic part is left out: it sums to nothing over the chain, but its fast transients
+        would lend their rate to the base. Frames are orthonormalised, so that rounding does not
+        add up from chart to chart.
+        """
+        frames = np.array(frames, float)
+        for frame in frames:
+            lie.orthonormalise(frame)
+        drift, spin = np.zeros(3), 0.0
+        if not self.model.held.any():
+            twists = np.zeros((self.model.count, 6))
+            self.model.add_slip_twists(positions, frames, twists)
+            drift = twists[:, :3].mean(axis=0)
+            spin = float(np.einsum("nk,nk->n", twists[:, 3:], frames[:, 0]).mean())
+        self.set_base(time, positions, frames, drift, spin)
+
+    def poses(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Positions (N, 3) and frames (N, 3, 3) at coordinates y; overwritten by the next call."""
+        elapsed = time - self.time
+        self._offset = self.drift * elapsed
+        _poses(
+            y,
+            self.order,
+            self.base_positions,
+            self.base_frames,
+            self.spin * elapsed,
+            self._offset,
+            self._positions,
+            self._frames,
+        )
+        return self._positions, self._frames
+
+    def _motion(self):
+        return (
+            self.order,
+            self.base_positions,
+            self._offset,
+            self.drift,
+            self.spin,
+            self._positions,
+            self._frames,
+            self._twists,
+        )
+
+    def rates(self, time: float, y: np.ndarray, out: np.ndarray) -> None:
+        """out = ẏ."""
+        self.evaluations += 1
+        positions, frames = self.poses(time, y)
+        self.model.twists(positions, frames, self._twists)
+        _rates(y, *self._motion(), out)
+
+    def linearise(self, time: float, y: np.ndarray) -> None:
+        """Take the Jacobian at (time, y) for ``product``, ``factorise`` and ``jacobian``."""
+        self.jacobians += 1
+        positions, frames = self.poses(time, y)
+        self.model.twists(positions, frames, self._twists)
+        _tangents(y, *self._motion(), self._maps)
+        self._blocks[:] = 0.0
+        self.model.add_jacobian(positions, frames, self._blocks)
+        _to_chart(self._blocks, self._slot_of, self._maps, frames, self.spin)
+
+    def product(self, vector: np.ndarray, out: np.ndarray) -> None:
+        """out = J · vector, with J the Jacobian of the last ``linearise``."""
+        _product(self._blocks, self.order, self._slot_of, self._periodic, vector, out)
+        if self.model.has_far:
+            _push_forward(vector, self._maps, self.order, self._poses)
+            self._twists[:] = 0.0
+            self.model.add_far_product(self._poses, self._twists)
+            _add_pulled_back(self._twists, self._maps, self.order, out)
+
+    def factorise(self, gamma: float) -> None:
+        """Prepare ``solve`` for I − γJ, with J cut to the blocks near the diagonal."""
+        from scipy.linalg import lapack
+
+        _newton_band(
+            self._blocks,
+            self.order,
+            self._slot_of,
+            self._periodic,
+            gamma,
+            self._half,
+            self._band,
+        )
+        factors, pivots, info = lapack.dgbtrf(self._band, self._half, self._half, overwrite_ab=True)
+        if info > 0:
+            raise FloatingPointError(f"the Newton matrix is singular in column {info}")
+        self._factors = factors, pivots
+
+    def solve(self, vector: np.ndarray, out: np.ndarray) -> None:
+        """out = (I − γJ)⁻¹ vector with the factors of the last ``factorise``."""
+        from scipy.linalg import lapack
+
+        assert self._factors is not None
+        factors, pivots = self._factors
+        out[:], _ = lapack.dgbtrs(factors, self._half, self._half, vector, pivots)
+
+    def jacobian(self) -> np.ndarray:
+        """The dense Jacobian of the last ``linearise``, column by column: for tests and lattices."""
+        columns = np.empty((self.dimension, self.dimension))
+        for unit, column in zip(np.eye(self.dimension), columns, strict=True):
+            self.product(unit, column)
+        return columns.T
+
+    def largest_turn(self, y: np.ndarray) -> float:
+        """max |θ|, to be compared with :data:`TURN_LIMIT`."""
+        return _largest_turn(y)

@@ -1,0 +1,216 @@
+"""The trajectory file: HDF5 laid out as H5MD, with every byte in its place before a run starts.
+
+    /h5md                        version (1, 1), author, creator
+    /particles/chain/box         periodic along x, or none
+    /particles/chain/position    value (T, N, 3), time (T,), step (T,)
+    /particles/chain/frame       value (T, N, 3, 3), the same time and step by hard links
+    /parameters                  scene (its TOML text), versions (of what ran it)
+    /nrchain                     times asked for, counters, status, reason, two checkpoints
+
+All arrays are contiguous and written once, filled with NaN, when the file is made. A run then only
+overwrites numbers in place and never touches the structure of the file, so that a process killed
+at any moment leaves a file that opens. A time that is NaN marks a snapshot that was not reached.
+
+H5MD 1.1: P. de Buyl, P. H. Colberg, F. Höfling, Comput. Phys. Commun. 185, 1546 (2014).
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nrchain.errors import TrajectoryError
+from nrchain.scene import Scene
+
+FILE_NAME = "trajectory.h5"
+
+POSITION = "particles/chain/position"
+FRAME = "particles/chain/frame"
+SCENE = "parameters/scene"
+VERSIONS = "parameters/versions"
+PLANNED = "nrchain/times"
+COUNTS = "nrchain/counters"
+STATUS = "nrchain/status"
+REASON = "nrchain/reason"
+CHECKPOINTS = "nrchain/checkpoints"
+
+COUNTERS = (
+    "steps",
+    "evaluations",
+    "jacobians",
+    "solves",
+    "rejections",
+    "restarts",
+    "wall_time",
+)
+"""What a run counts: whole numbers, and the seconds of ``wall_time``."""
+
+STATUSES = ("running", "completed", "stopped")
+"""How a run can stand, by its code in the file; a killed run is left as running."""
+
+REASON_BYTES = 1024
+CHECKPOINT_STATE = 6
+"""Numbers of a checkpoint besides its poses: time, snapshot, spin, drift; the counters follow."""
+
+_RECORDED = ("nrchain", "numpy", "scipy", "numba", "scikit-sundae", "pystokes", "h5py")
+
+
+def locate(path: str | Path) -> Path:
+    """The file that a path means: itself, or ``trajectory.h5`` in a directory."""
+    path = Path(path)
+    return path / FILE_NAME if path.is_dir() else path
+
+
+def version(package: str) -> str:
+    """The installed version of a package, or ``"not installed"``."""
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return "not installed"
+
+
+def create(path: Path, scene: Scene, times: np.ndarray) -> None:
+    """Make the file of a run of ``scene`` with snapshots at ``times (T,)``, all of them empty.
+
+    The file appears under its name only once it is whole; an older one is replaced in that moment.
+    """
+    import h5py
+
+    partial = path.with_name(path.name + ".partial")
+    with refusing(path, "cannot be created"):
+        try:
+            # Newer formats mark a file while it is written, and a killed run would leave it so.
+            with h5py.File(partial, "w", libver=("v108", "v110")) as file:
+                _describe(file, scene)
+                _allocate(file, scene, times)
+            os.replace(partial, path)
+        except BaseException:
+            partial.unlink(missing_ok=True)
+            raise
+
+
+@contextmanager
+def refusing(path: Path, what: str) -> Iterator[None]:
+    """Turn failures of the file system and of HDF5 into one that names the file."""
+    try:
+        yield
+    except TrajectoryError:
+        raise
+    except (OSError, RuntimeError) as error:
+        raise TrajectoryError(f"{path}: {what}: {_cause(error)}") from error
+
+
+def _cause(error: Exception) -> str:
+    """The plain cause in an error of HDF5, which tells it in brackets behind what it attempted."""
+    if isinstance(error, OSError) and error.errno:
+        return os.strerror(error.errno)
+    text = str(error)
+    for known, plain in {
+        "file signature not found": "it is not an HDF5 file",
+        "truncated file": "it is cut short",
+    }.items():
+        if known in text:
+            return plain
+    return text
+
+
+def _describe(file: Any, scene: Scene) -> None:
+    root = file.create_group("h5md")
+    root.attrs["version"] = np.array([1, 1], dtype=np.int32)
+    root.create_group("author").attrs["name"] = "not given"
+    creator = root.create_group("creator")
+    creator.attrs["name"] = "nrchain"
+    creator.attrs["version"] = version("nrchain")
+
+    box = file.create_group("particles/chain/box")
+    box.attrs["dimension"] = 3
+    periodic = scene.chain.ends == "periodic"
+    box.attrs["boundary"] = ["periodic" if periodic else "none", "none", "none"]
+    if periodic:
+        # H5MD asks for an edge in every direction; those across the chain bound nothing.
+        box.create_dataset("edges", data=np.full(3, scene.length))
+
+    file.create_dataset(SCENE, data=scene.to_toml())
+    versions = file.create_group(VERSIONS)
+    versions.attrs["python"] = platform.python_version()
+    for package in _RECORDED:
+        versions.attrs[package] = version(package)
+
+
+def _allocate(file: Any, scene: Scene, times: np.ndarray) -> None:
+    snapshots, particles = len(times), scene.chain.particles
+    _empty(file, f"{POSITION}/value", (snapshots, particles, 3))
+    _empty(file, f"{POSITION}/time", (snapshots,))
+    _empty(file, f"{POSITION}/step", (snapshots,), np.int64, -1)
+    _empty(file, f"{FRAME}/value", (snapshots, particles, 3, 3))
+    for name in ("time", "step"):
+        file[f"{FRAME}/{name}"] = file[f"{POSITION}/{name}"]
+
+    file.create_dataset(PLANNED, data=times)
+    _empty(file, COUNTS, (len(COUNTERS),), fill=0.0)
+    file[COUNTS].attrs["names"] = COUNTERS
+    _empty(file, STATUS, (), np.uint8, STATUSES.index("running"))
+    file[STATUS].attrs["names"] = STATUSES
+    _empty(file, REASON, (), np.dtype(f"S{REASON_BYTES}"), b"")
+
+    _empty(file, f"{CHECKPOINTS}/sequence", (2,), np.int64, 0)
+    _empty(file, f"{CHECKPOINTS}/position", (2, particles, 3))
+    _empty(file, f"{CHECKPOINTS}/frame", (2, particles, 3, 3))
+    _empty(file, f"{CHECKPOINTS}/state", (2, CHECKPOINT_STATE + len(COUNTERS)))
+
+
+def _empty(
+    file: Any, name: str, shape: tuple[int, ...], dtype: Any = np.float64, fill: Any = np.nan
+) -> None:
+    """A contiguous dataset whose space on the disk is taken, and filled, at once."""
+    import h5py
+
+    layout = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    layout.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+    file.create_dataset(name, shape, dtype=dtype, fillvalue=fill, fill_time="alloc", dcpl=layout)
+
+
+def open_file(path: Path, mode: str) -> Any:
+    """The open file of a run, to read ``"r"`` or to go on writing ``"r+"``.
+
+    A file that is being written can be read, since its structure no longer changes; only one
+    process may write to it. Raises :class:`~nrchain.errors.TrajectoryError` for a file that is
+    missing, not HDF5, cut short, of another program, or busy.
+    """
+    import h5py
+
+    if path.is_dir():
+        raise TrajectoryError(f"{path}: this directory holds no {FILE_NAME}")
+    if not path.exists():
+        raise TrajectoryError(f"{path}: there is no such trajectory")
+    with refusing(path, "cannot be opened"):
+        try:
+            file = h5py.File(path, mode, locking="best-effort")
+        except BlockingIOError as error:
+            if mode != "r":
+                raise TrajectoryError(f"{path}: another process is writing to it") from error
+            file = h5py.File(path, mode, locking=False)
+    creator = file["h5md/creator"].attrs.get("name") if "h5md/creator" in file else None
+    if creator != "nrchain" or COUNTS not in file:
+        file.close()
+        raise TrajectoryError(f"{path}: an HDF5 file, but not one written by nrchain")
+    return file
+
+
+def refuse_busy(path: Path) -> None:
+    """Raise if another process is writing to the file that is about to be replaced."""
+    import h5py
+
+    try:
+        h5py.File(path, "r+").close()
+    except BlockingIOError as error:
+        raise TrajectoryError(f"{path}: another process is writing to it") from error
+    except OSError:
+        return

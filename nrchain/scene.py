@@ -1,0 +1,224 @@
+"""A scene: everything that decides a run, checked before any time is spent.
+
+A scene is made from TOML (:func:`load_scene`, :meth:`Scene.from_toml`) or from Python, and the
+two are the same thing: a section is a table of the file, a field a key of it. In ``[slip]`` every
+mode is a key of its own,
+
+    [slip]
+    neighbours = 1
+    2s = 100.0                                     # one strength for all
+    3a = [10.0, 20.0, 30.0]                        # one a sphere
+    4a = {strength = 5.0, axis = [0.0, 1.0, 0.0]}  # its own body axis
+
+Lengths, times and masses may have any unit as long as all share it; the defaults are the paper's,
+a = η = 1 and d = 10.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple, Self
+
+from nrchain.errors import SceneError
+from nrchain.scene_file import (
+    change,
+    parse_assignment,
+    read_source,
+    read_toml,
+    scene_names,
+    scene_path,
+    write_toml,
+)
+from nrchain.scene_rules import Section, line, section
+from nrchain.scene_sections import (
+    ChainSpec,
+    ElasticitySpec,
+    RunSpec,
+    Slip,
+    SlipSpec,
+    StartSpec,
+)
+
+__all__ = [
+    "DEFAULT_RATIO",
+    "ChainSpec",
+    "ElasticitySpec",
+    "Friction",
+    "Moduli",
+    "RunSpec",
+    "Scene",
+    "Slip",
+    "SlipSpec",
+    "StartSpec",
+    "load_scene",
+    "parse_assignment",
+    "scene_names",
+    "scene_path",
+]
+
+DEFAULT_RATIO = 1e7
+"""R of the stiffness rule when a scene gives no stiffness; the paper's for its snapshots."""
+
+
+class Friction(NamedTuple):
+    """γ_T = 6πηa and γ_R = 8πηa³ of one sphere."""
+
+    translation: float
+    rotation: float
+
+
+class Moduli(NamedTuple):
+    """λ∥, λ⊥, μ∥ and μ⊥ of the elastic potential; 0 stands for a term that is absent."""
+
+    stretch: float
+    shear: float
+    twist: float
+    bend: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scene(Section):
+    """Everything that decides a run. Sections may be given as raw tables.
+
+    Raises :class:`~nrchain.errors.SceneError` with the key, the value and what is allowed.
+    """
+
+    chain: Annotated[ChainSpec, section(ChainSpec)]
+    elasticity: Annotated[ElasticitySpec, section(ElasticitySpec)] = ElasticitySpec()
+    slip: Annotated[SlipSpec, section(SlipSpec)] = SlipSpec()
+    start: Annotated[StartSpec, section(StartSpec)] = StartSpec()
+    run: Annotated[RunSpec, section(RunSpec)]
+    title: Annotated[str, line()] = ""
+
+    @property
+    def friction(self) -> Friction:
+        """γ_T = 6πηa and γ_R = 8πηa³."""
+        radius, viscosity = self.chain.radius, self.chain.viscosity
+        return Friction(6 * math.pi * viscosity * radius, 8 * math.pi * viscosity * radius**3)
+
+    @property
+    def moduli(self) -> Moduli:
+        """λ∥, λ⊥, μ∥, μ⊥, as given or by the stiffness rule (paper, Appendix D)."""
+        given, d = self.elasticity, self.chain.spacing
+        translation, rotation = self.friction
+        bend = translation * d**2 if given.bend is None else given.bend
+        twist = bend if given.twist is None else given.twist
+        if given.stretch is not None and given.shear is not None:
+            return Moduli(given.stretch, given.shear, twist, bend)
+        ratio = DEFAULT_RATIO if given.ratio is None else given.ratio
+        links = float(self.chain.particles - 1)
+        stiffness = ratio * bend * rotation / (translation * d**4 * links**4)
+        return Moduli(stiffness, stiffness, twist, bend)
+
+    @property
+    def length(self) -> float:
+        """L = (N−1) d, or N d, the period, of a periodic chain."""
+        links = self.chain.particles - (self.chain.ends != "periodic")
+        return links * self.chain.spacing
+
+    @property
+    def wavevector(self) -> float:
+        """q = wavenumber · π/L, or wavenumber · 2π/L on a periodic chain."""
+        unit = 2 * math.pi if self.chain.ends == "periodic" else math.pi
+        return self.start.wavenumber * unit / self.length
+
+    def check(self) -> None:
+        self._check_strengths()
+        if self.chain.ends == "periodic":
+            self._check_periodic()
+        self._check_range()
+
+    def _check_strengths(self) -> None:
+        """Refuse strengths that are neither one nor one a sphere."""
+        for label, slip in self.slip.modes.items():
+            if isinstance(slip.strength, tuple) and len(slip.strength) != self.chain.particles:
+                allowed = (
+                    f"must be one number, or one for each of the {self.chain.particles} spheres,"
+                    f" not {len(slip.strength)}"
+                )
+                raise SceneError(SlipSpec.key(label), slip.strength, allowed)
+
+    def _check_periodic(self) -> None:
+        """Refuse what cannot be repeated along x."""
+        if not self.start.wavenumber.is_integer():
+            allowed = "must be a whole number on a periodic chain, for the wave to fit its length"
+            raise SceneError("start.wavenumber", self.start.wavenumber, allowed)
+        if self.slip.neighbours == "all":
+            allowed = (
+                "images of an all-pairs sum are not summed: name a number of neighbours, which may"
+                " exceed the number of spheres"
+            )
+            raise SceneError("slip.neighbours", self.slip.neighbours, allowed)
+        if self.slip.backend == "pystokes":
+            allowed = (
+                "sums no periodic images; periodic chains need 'native', or choose free or clamped"
+                " ends"
+            )
+            raise SceneError("slip.backend", self.slip.backend, allowed)
+
+    def _check_range(self) -> None:
+        """Refuse numbers that are fine by themselves and leave the range of floats together."""
+        for name, spec in (
+            ("friction", self.chain),
+            ("length", self.chain),
+            ("moduli", self.elasticity),
+            ("wavevector", self.start),
+        ):
+            try:
+                derived = getattr(self, name)
+            except ArithmeticError:
+                derived = math.inf
+            values = derived if isinstance(derived, tuple) else (derived,)
+            zero_is_meant = name == "moduli"
+            if not all(math.isfinite(v) and (v > 0 or zero_is_meant) for v in values):
+                allowed = (
+                    f"with the scene's other numbers this puts the {name} beyond the range of"
+                    " floating point; choose units closer to 1"
+                )
+                raise SceneError(spec.path, spec.to_mapping(), allowed)
+
+    @classmethod
+    def spellings(cls) -> tuple[str, ...]:
+        """Every dotted key, so that one without its section is recognised."""
+        specs = (ChainSpec, ElasticitySpec, SlipSpec, StartSpec, RunSpec)
+        return (*cls.rules(), *(spec.key(name) for spec in specs for name in spec.spellings()))
+
+    @classmethod
+    def from_toml(cls, text: str) -> Self:
+        """The scene of TOML text."""
+        return cls.from_mapping(read_toml(text))
+
+    def to_toml(self) -> str:
+        """The TOML text from which :meth:`from_toml` makes an equal scene."""
+        return write_toml(self.to_mapping())
+
+
+def load_scene(source: str | os.PathLike[str] | Mapping[str, Any] | Scene, **changes: Any) -> Scene:
+    """The scene of a source, with changes made before it is checked.
+
+    Parameters
+    ----------
+    source
+        The name of a shipped scene, the path of a TOML file, a table with nested or dotted keys,
+        or a scene.
+    changes
+        Dotted keys, ``**{"slip.2s": 50, "chain.spacing": 12}``, or sections,
+        ``chain={"particles": 30}``, of which the keys given are changed; a section given as an
+        object (``chain=ChainSpec(...)``) replaces the whole. None takes a key out:
+        ``**{"elasticity.ratio": None}``.
+
+    Raises :class:`~nrchain.errors.SceneError` for what cannot be found, read or simulated.
+    """
+    if isinstance(source, Scene):
+        table = source.to_mapping()
+    elif isinstance(source, Mapping):
+        table = dict(source)
+    elif isinstance(source, (str, os.PathLike)):
+        table = read_source(source)
+    else:
+        allowed = "must be the name of a shipped scene, a path, a table or a Scene"
+        raise SceneError("scene", source, allowed)
+    return Scene.from_mapping(change(table, changes))

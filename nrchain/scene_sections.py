@@ -1,0 +1,208 @@
+"""The sections of a scene: each class is a table of the TOML, each field a key of it.
+
+The rule in an annotation says what its key allows; ``check`` refuses what only several keys of
+the section show to be wrong. Values are checked on construction and are plain, hashable Python.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from nrchain import slip_modes
+from nrchain.errors import SceneError
+from nrchain.scene_rules import (
+    Section,
+    choice,
+    direction,
+    flag,
+    is_whole,
+    number,
+    one_or_each,
+    optional,
+    rule,
+    unknown,
+    whole,
+)
+
+Ends = Literal["free", "clamped", "periodic"]
+Backend = Literal["native", "pystokes"]
+Shape = Literal["straight", "sine", "helix-left", "helix-right", "random"]
+
+PYSTOKES_MODES = ("2s", "3a", "3t", "4a")
+"""The modes that PyStokes has a routine for."""
+
+_E1 = (1.0, 0.0, 0.0)
+_STRENGTH = one_or_each(number())
+_NEIGHBOURS = rule(
+    "a whole number of at least 1, or 'all'", lambda v: v == "all" or (is_whole(v) and v >= 1)
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Slip(Section):
+    """V and e: the strength of one mode, one number or one a sphere, and its body axis.
+
+    The axis has components along e_1, e_2 and e_3 of each sphere, is not zero, and is kept as
+    given: whoever uses it takes its direction.
+    """
+
+    strength: Annotated[float | tuple[float, ...], _STRENGTH]
+    axis: Annotated[tuple[float, float, float], direction()] = _E1
+
+
+class SlipModes(Mapping[str, Slip]):
+    """The slip of each mode by its label: immutable, compared and hashed by value."""
+
+    __slots__ = ("_slips",)
+
+    def __init__(self, slips: Mapping[str, Slip] | None = None) -> None:
+        self._slips = dict(slips or {})
+
+    def __getitem__(self, label: str) -> Slip:
+        return self._slips[label]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._slips)
+
+    def __len__(self) -> int:
+        return len(self._slips)
+
+    def __hash__(self) -> int:
+        return hash(frozenset(self._slips.items()))
+
+    def __repr__(self) -> str:
+        return repr(self._slips)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChainSpec(Section):
+    """N spheres of radius a, a distance d apart at rest, in a fluid of viscosity η."""
+
+    path: ClassVar[str] = "chain"
+    particles: Annotated[int, whole(least=2)]
+    spacing: Annotated[float, number(above=0)] = 10.0
+    radius: Annotated[float, number(above=0)] = 1.0
+    viscosity: Annotated[float, number(above=0)] = 1.0
+    ends: Annotated[Ends, choice(Ends)] = "free"
+
+    def check(self) -> None:
+        if not self.spacing > 2 * self.radius:
+            allowed = f"must exceed two radii, {2 * self.radius!r}, or the spheres overlap"
+            raise SceneError("chain.spacing", self.spacing, allowed)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ElasticitySpec(Section):
+    """Either R of λ∥ = λ⊥ = R μ⊥ γ_R / (γ_T d⁴ (N−1)⁴), or λ∥ (stretch) and λ⊥ (shear).
+
+    R is 1e7 when neither is given. μ⊥ (bend) is γ_T d² and μ∥ (twist) is μ⊥ unless given. A
+    modulus of 0 takes its term out of the potential. Source: paper, Appendix D.
+    """
+
+    path: ClassVar[str] = "elasticity"
+    ratio: Annotated[float | None, optional(number(above=0))] = None
+    stretch: Annotated[float | None, optional(number(least=0))] = None
+    shear: Annotated[float | None, optional(number(least=0))] = None
+    twist: Annotated[float | None, optional(number(least=0))] = None
+    bend: Annotated[float | None, optional(number(least=0))] = None
+
+    def check(self) -> None:
+        given = [name for name in ("stretch", "shear") if getattr(self, name) is not None]
+        if self.ratio is not None and given:
+            key = f"elasticity.{given[0]}"
+            allowed = (
+                f"elasticity.ratio = {self.ratio!r} gives the stiffness too; keep one of these two"
+                " ways of giving it, and take the other out"
+            )
+            raise SceneError(key, getattr(self, given[0]), allowed)
+        if len(given) == 1:
+            missing = "shear" if given == ["stretch"] else "stretch"
+            allowed = f"must be given along with elasticity.{given[0]}, or both left to the ratio"
+            raise SceneError(f"elasticity.{missing}", None, allowed)
+
+
+def _read_modes(key: str, value: Any) -> SlipModes:
+    if not isinstance(value, Mapping):
+        raise SceneError(key, value, "must be a table of mode labels and strengths or Slips")
+    slips = {label: _read_slip(label, given) for label, given in value.items()}
+    return SlipModes({label: slip for label, slip in slips.items() if slip is not None})
+
+
+def _read_slip(label: str, given: Any) -> Slip | None:
+    """The slip of a mode given as a Slip, a table or strengths; None takes the mode out."""
+    key = SlipSpec.key(label)
+    labels = [mode.label for mode in slip_modes.modes()]
+    if label not in labels:
+        raise unknown(key, given, [*SlipSpec.spellings(), *labels])
+    if given is None or isinstance(given, Slip):
+        return given
+    if not isinstance(given, Mapping):
+        return Slip(_STRENGTH(key, given))
+    try:
+        return Slip.from_mapping(given)
+    except SceneError as error:
+        raise SceneError(f"{key}.{error.key}", error.value, error.allowed) from None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SlipSpec(Section):
+    """The modes of slip, how many neighbours along the chain feel them, and who sums them.
+
+    ``finite_size`` keeps the factors (1 + a²∇²/6)(1 + a²∇²/(4l + 2)), which change the velocity
+    of 2s only; without them the laws are the paper's leading order in a/r.
+    """
+
+    path: ClassVar[str] = "slip"
+    modes: Annotated[Mapping[str, Slip], _read_modes] = SlipModes()
+    neighbours: Annotated[int | Literal["all"], _NEIGHBOURS] = 1
+    finite_size: Annotated[bool, flag()] = False
+    backend: Annotated[Backend, choice(Backend)] = "native"
+
+    def check(self) -> None:
+        for label in self.modes:
+            if self.backend == "pystokes" and label not in PYSTOKES_MODES:
+                allowed = f"has no routine for mode {label}, only for {', '.join(PYSTOKES_MODES)}"
+                raise SceneError("slip.backend", self.backend, allowed)
+
+    @classmethod
+    def spellings(cls) -> tuple[str, ...]:
+        """The options: the keys of the section that are not modes."""
+        return tuple(name for name in cls.rules() if name != "modes")
+
+    @classmethod
+    def from_mapping(cls, table: Mapping[str, Any]) -> Self:
+        """The section of a raw table, in which every key that is not an option is a mode."""
+        options = cls.spellings()
+        given = {k: v for k, v in table.items() if k in options and v is not None}
+        return cls(modes={k: v for k, v in table.items() if k not in options}, **given)
+
+    def to_mapping(self) -> dict[str, Any]:
+        """The raw table of the section: the options, then one key a mode."""
+        table = {name: getattr(self, name) for name in self.spellings()}
+        for label, slip in self.modes.items():
+            table[label] = slip.strength if slip.axis == _E1 else slip.to_mapping()
+        return table
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StartSpec(Section):
+    """The shape at t = 0; wavenumbers in units of π/L, or of 2π/L on a periodic chain."""
+
+    path: ClassVar[str] = "start"
+    shape: Annotated[Shape, choice(Shape)] = "straight"
+    amplitude: Annotated[float, number()] = 0.1
+    wavenumber: Annotated[float, number(above=0)] = 1.0
+    seed: Annotated[int, whole(least=0)] = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunSpec(Section):
+    """From t = 0 to ``end``, with snapshots at equal times, both ends among them."""
+
+    path: ClassVar[str] = "run"
+    end: Annotated[float, number(above=0)]
+    snapshots: Annotated[int, whole(least=2)] = 101
+    rtol: Annotated[float, number(least=1e-14, most=1e-1)] = 1e-6
+    atol: Annotated[float, number(above=0, most=1e-1)] = 1e-6

@@ -1,0 +1,286 @@
+"""Trajectories: what a run leaves, in memory and on disk, and the writer that keeps it safe.
+
+Every write goes into space that the file already owns, data first and the mark that makes it count
+second: a snapshot counts once its time is set, a checkpoint once its sequence number is the
+highest. A run killed at any moment therefore keeps every finished snapshot and a checkpoint to go
+on from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+
+from nrchain import h5md
+from nrchain.errors import SceneError, TrajectoryError
+from nrchain.h5md import COUNTERS
+from nrchain.scene import Scene
+
+__all__ = ["COUNTERS", "Checkpoint", "Trajectory", "TrajectoryWriter"]
+
+
+@dataclass(frozen=True, eq=False)
+class Checkpoint:
+    """All that a run needs to go on from ``time``.
+
+    ``positions (N, 3)`` and ``frames (N, 3, 3)`` are the poses, ``snapshot`` the index of the next
+    snapshot to write, ``spin`` and ``drift (3,)`` the angular velocity and the velocity of the
+    frame of reference that the integrator works in, ``counters`` the counts so far.
+    """
+
+    time: float
+    positions: np.ndarray
+    frames: np.ndarray
+    snapshot: int
+    spin: float
+    drift: np.ndarray
+    counters: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory:
+    """The poses of a chain at the snapshots that a run has finished.
+
+    Parameters
+    ----------
+    time
+        ``(T,)``, in the units of the scene.
+    positions
+        ``(T, N, 3)``, the centres of the spheres.
+    frames
+        ``(T, N, 3, 3)``; ``frames[t, i, k]`` is the vector e_{k+1} of sphere i, in lab components.
+    scene
+        What was run.
+    counters
+        Steps, evaluations and so on, see :data:`COUNTERS`.
+    status
+        ``"completed"``; ``"stopped"``, with a ``reason``; or ``"running"``, which is also how a
+        killed run is left.
+    path
+        Where the file is, if there is one.
+    """
+
+    time: np.ndarray
+    positions: np.ndarray
+    frames: np.ndarray
+    scene: Scene
+    counters: Mapping[str, float] = field(default_factory=dict)
+    status: str = "completed"
+    reason: str = ""
+    path: Path | None = None
+
+    def __post_init__(self) -> None:
+        snapshots, particles = len(self.time), self.scene.chain.particles
+        _require(self.time, (snapshots,), "times")
+        _require(self.positions, (snapshots, particles, 3), "positions")
+        _require(self.frames, (snapshots, particles, 3, 3), "frames")
+
+    @classmethod
+    def open(cls, path: str | Path) -> Self:
+        """Read a trajectory from its file, or from the directory that holds ``trajectory.h5``.
+
+        A run that is still going, was killed or stopped gives the snapshots it finished. Raises
+        :class:`~nrchain.errors.TrajectoryError` for a file that is missing, damaged or not ours.
+        """
+        path = h5md.locate(path)
+        with h5md.open_file(path, "r") as file:
+            try:
+                return cls(path=path, **_contents(file))
+            except SceneError as error:
+                raise TrajectoryError(f"{path}: its scene cannot be read: {error}") from error
+            except (OSError, KeyError, ValueError, IndexError, RuntimeError) as error:
+                raise TrajectoryError(f"{path}: damaged: {error}") from error
+
+    def latest_checkpoint(self) -> Checkpoint | None:
+        """Where the run can be taken up again; None if it is not on disk or has no checkpoint."""
+        if self.path is None:
+            return None
+        with h5md.open_file(self.path, "r") as file:
+            return _latest_checkpoint(file)
+
+    def __repr__(self) -> str:
+        reached = f"to t = {self.time[-1]:.6g}" if len(self.time) else "none finished"
+        place = f", {str(self.path)!r}" if self.path else ""
+        return (
+            f"<Trajectory {self.scene.title!r}: {self.scene.chain.particles} spheres, "
+            f"{len(self.time)} snapshots {reached}, {self.status}{place}>"
+        )
+
+
+class TrajectoryWriter:
+    """Writes the trajectory of a run of ``scene`` with snapshots at ``times (T,)``.
+
+    ``path`` is the file, or a directory in which to make ``trajectory.h5``. Raises
+    :class:`~nrchain.errors.TrajectoryError` if the file exists and ``overwrite`` is not set, if
+    another process is writing to it, or if it cannot be made. Used in a ``with`` statement, an
+    exception marks the run as stopped and keeps what it has.
+    """
+
+    def __init__(
+        self, path: str | Path, scene: Scene, times: np.ndarray, *, overwrite: bool = False
+    ) -> None:
+        path = h5md.locate(path)
+        if path.exists():
+            if not overwrite:
+                raise TrajectoryError(
+                    f"{path}: exists; an existing result is only replaced with overwrite=True "
+                    "(--overwrite)"
+                )
+            h5md.refuse_busy(path)
+        h5md.create(path, scene, np.asarray(times, dtype=np.float64))
+        self._attach(path)
+
+    @classmethod
+    def reopen(cls, path: str | Path) -> Self:
+        """Go on with the file of a run that was killed or stopped, marking it as running again."""
+        writer = cls.__new__(cls)
+        writer._attach(h5md.locate(path))
+        writer._set_status("running", "")
+        return writer
+
+    def _attach(self, path: Path) -> None:
+        self.path = path
+        self._file = h5md.open_file(path, "r+")
+        try:
+            self.scene = _scene(self._file)
+        except SceneError as error:
+            self._file.close()
+            raise TrajectoryError(f"{path}: its scene cannot be read: {error}") from error
+        self.times: np.ndarray = self._file[h5md.PLANNED][()]
+
+    def write(
+        self, index: int, time: float, positions: np.ndarray, frames: np.ndarray, step: int
+    ) -> None:
+        """Record snapshot ``index``: ``positions (N, 3)``, ``frames (N, 3, 3)`` after ``step``."""
+        particles = self.scene.chain.particles
+        _require(time, (), "time")
+        _require(positions, (particles, 3), "positions")
+        _require(frames, (particles, 3, 3), "frames")
+        times = self._file[f"{h5md.POSITION}/time"]
+        with h5md.refusing(self.path, "cannot be written"):
+            if np.isfinite(times[index]):
+                self._commit(times, index, np.nan)
+            self._file[f"{h5md.POSITION}/value"][index] = positions
+            self._file[f"{h5md.FRAME}/value"][index] = frames
+            self._file[f"{h5md.POSITION}/step"][index] = step
+            self._commit(times, index, time)
+
+    def checkpoint(self, checkpoint: Checkpoint) -> None:
+        """Record where the run stands, over the older of the two checkpoints."""
+        group = self._file[h5md.CHECKPOINTS]
+        sequence = group["sequence"][()]
+        slot = int(np.argmin(sequence))
+        state = [checkpoint.time, checkpoint.snapshot, checkpoint.spin, *checkpoint.drift]
+        with h5md.refusing(self.path, "cannot be written"):
+            group["position"][slot] = checkpoint.positions
+            group["frame"][slot] = checkpoint.frames
+            group["state"][slot] = [*state, *_counts(checkpoint.counters)]
+            self._commit(group["sequence"], slot, sequence.max() + 1)
+
+    def latest_checkpoint(self) -> Checkpoint | None:
+        """The newest whole checkpoint, or None before the first."""
+        return _latest_checkpoint(self._file)
+
+    def update_counters(self, counters: Mapping[str, float]) -> None:
+        """Set the counts that are named, by the names in :data:`COUNTERS`."""
+        with h5md.refusing(self.path, "cannot be written"):
+            self._file[h5md.COUNTS][:] = _counts(_counters(self._file[h5md.COUNTS][()]) | counters)
+            self._file.flush()
+
+    def close(self, status: str | None = None, reason: str = "") -> None:
+        """Close the file; ``status`` and ``reason`` say how the run ended, if it has."""
+        if self._file and status is not None:
+            self._set_status(status, reason)
+        self._file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        if error is None:
+            self.close()
+        elif isinstance(error, KeyboardInterrupt):
+            self.close("stopped", "interrupted")
+        else:
+            self.close("stopped", f"{type(error).__name__}: {error}")
+
+    def _set_status(self, status: str, reason: str) -> None:
+        whole = reason.encode()[: h5md.REASON_BYTES].decode(errors="ignore")
+        with h5md.refusing(self.path, "cannot be written"):
+            self._file[h5md.REASON][()] = whole.encode()
+            self._commit(self._file[h5md.STATUS], (), h5md.STATUSES.index(status))
+
+    def _commit(self, marks: Any, place: int | tuple[()], value: float) -> None:
+        """Set the mark that makes data count, once the data itself has left this process."""
+        self._file.flush()
+        marks[place] = value
+        self._file.flush()
+
+
+def _contents(file: Any) -> dict[str, Any]:
+    # The times come first: data marked as finished by now stays as it is while a run goes on.
+    time = file[f"{h5md.POSITION}/time"][()]
+    finished = np.isfinite(time)
+    return {
+        "time": time[finished],
+        "positions": file[f"{h5md.POSITION}/value"][()][finished],
+        "frames": file[f"{h5md.FRAME}/value"][()][finished],
+        "scene": _scene(file),
+        "counters": _counters(file[h5md.COUNTS][()]),
+        "status": h5md.STATUSES[file[h5md.STATUS][()]],
+        "reason": file[h5md.REASON][()].decode(),
+    }
+
+
+def _scene(file: Any) -> Scene:
+    return Scene.from_toml(file[h5md.SCENE].asstr()[()])
+
+
+def _latest_checkpoint(file: Any) -> Checkpoint | None:
+    group = file[h5md.CHECKPOINTS]
+    sequence = group["sequence"][()]
+    if not sequence.any():
+        return None
+    slot = int(np.argmax(sequence))
+    time, snapshot, spin, *rest = group["state"][slot].tolist()
+    return Checkpoint(
+        time=time,
+        positions=group["position"][slot],
+        frames=group["frame"][slot],
+        snapshot=int(snapshot),
+        spin=spin,
+        drift=np.array(rest[:3]),
+        counters=_counters(rest[3:]),
+    )
+
+
+def _counts(counters: Mapping[str, float]) -> list[float]:
+    """The numbers of a table of counters, in the order of the file."""
+    unknown = sorted(counters.keys() - set(COUNTERS))
+    if unknown:
+        raise ValueError(f"no such counter as {unknown[0]!r}; known are {', '.join(COUNTERS)}")
+    return [float(counters.get(name, 0)) for name in COUNTERS]
+
+
+def _counters(counts: Iterable[float]) -> dict[str, float]:
+    """The table of counters from its numbers; all but the wall time are whole."""
+    table = dict(zip(COUNTERS, counts, strict=True))
+    return {name: float(n) if name == "wall_time" else int(n) for name, n in table.items()}
+
+
+def _require(array: np.ndarray | float, shape: tuple[int, ...], name: str) -> None:
+    """Refuse an array of another shape, which HDF5 would spread out, and one with NaN or inf."""
+    if np.shape(array) != shape:
+        raise ValueError(f"{name}: shape {np.shape(array)}, not {shape}")
+    if not np.all(np.isfinite(array)):
+        raise ValueError(f"{name}: not all values are finite")
