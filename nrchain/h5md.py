@@ -26,6 +26,7 @@ from typing import Any
 
 import numpy as np
 
+from nrchain import __version__
 from nrchain.errors import TrajectoryError
 from nrchain.scene import Scene
 
@@ -41,15 +42,7 @@ STATUS = "nrchain/status"
 REASON = "nrchain/reason"
 CHECKPOINTS = "nrchain/checkpoints"
 
-COUNTERS = (
-    "steps",
-    "evaluations",
-    "jacobians",
-    "solves",
-    "rejections",
-    "restarts",
-    "wall_time",
-)
+COUNTERS = ("steps", "evaluations", "jacobians", "solves", "restarts", "wall_time")
 """What a run counts: whole numbers, and the seconds of ``wall_time``."""
 
 STATUSES = ("running", "completed", "stopped")
@@ -59,7 +52,7 @@ REASON_BYTES = 1024
 CHECKPOINT_STATE = 6
 """Numbers of a checkpoint besides its poses: time, snapshot, spin, drift; the counters follow."""
 
-_RECORDED = ("nrchain", "numpy", "scipy", "numba", "scikit-sundae", "pystokes", "h5py")
+_RECORDED = ("numpy", "scipy", "numba", "scikit-sundae", "pystokes", "h5py")
 
 
 def locate(path: str | Path) -> Path:
@@ -68,8 +61,7 @@ def locate(path: str | Path) -> Path:
     return path / FILE_NAME if path.is_dir() else path
 
 
-def version(package: str) -> str:
-    """The installed version of a package, or ``"not installed"``."""
+def _version(package: str) -> str:
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
@@ -127,7 +119,7 @@ def _describe(file: Any, scene: Scene) -> None:
     root.create_group("author").attrs["name"] = "not given"
     creator = root.create_group("creator")
     creator.attrs["name"] = "nrchain"
-    creator.attrs["version"] = version("nrchain")
+    creator.attrs["version"] = __version__
 
     box = file.create_group("particles/chain/box")
     box.attrs["dimension"] = 3
@@ -139,9 +131,10 @@ def _describe(file: Any, scene: Scene) -> None:
 
     file.create_dataset(SCENE, data=scene.to_toml())
     versions = file.create_group(VERSIONS)
+    versions.attrs["nrchain"] = __version__
     versions.attrs["python"] = platform.python_version()
     for package in _RECORDED:
-        versions.attrs[package] = version(package)
+        versions.attrs[package] = _version(package)
 
 
 def _allocate(file: Any, scene: Scene, times: np.ndarray) -> None:

@@ -33,7 +33,7 @@ LEAST_DIAMETER = 2.2
 INK, PALE = "0.15", "0.4"
 AXES = ("x", "y", "z")
 DOTS_PER_INCH = 200
-STYLE = {
+STYLE: dict[Any, Any] = {
     "font.size": 8.5,
     "axes.labelsize": 9.5,
     "axes.linewidth": 0.6,
@@ -224,6 +224,7 @@ def _draw_planes(chains: np.ndarray, colours: np.ndarray) -> _Picture:
             _draw_flat(axes, chain[:, plane], colour, diameter)
     upper.tick_params(labelbottom=False)
     upper.set_xlabel("")
+    figure.align_ylabels([upper, lower])
 
     end_on = _add_axes(figure, (right, low, side, side))
     scale = side / (1.3 * frame.width if frame.stretched else 1.2 * frame.width + 3)
@@ -243,7 +244,7 @@ def _draw_space(chains: np.ndarray, colours: np.ndarray) -> _Picture:
     _prepare(axes, frame, (0, 1, 2), inches, scales)
     axes.set_box_aspect(inches)
     axes.view_init(elev=24, azim=-66)
-    axes.xaxis.labelpad = 9
+    axes.xaxis.labelpad = 14
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
         axis.line.set_color(PALE)
@@ -259,13 +260,10 @@ def _draw_space(chains: np.ndarray, colours: np.ndarray) -> _Picture:
 
 def _bounds(axes: Any) -> Box:
     """Left, bottom, right and top of what a panel in perspective fills, in inches."""
-    from mpl_toolkits.mplot3d.proj3d import proj_transform
-
     axes.figure.draw_without_rendering()
-    limits = (axes.get_xlim(), axes.get_ylim(), axes.get_zlim())
-    corners = np.array(list(itertools.product(*limits)))
-    across, up, _ = proj_transform(*corners.T, axes.get_proj())
-    points = [axes.transData.transform(np.column_stack([across, up]))]
+    limits = (axes.get_xlim(), axes.get_ylim(), axes.get_zlim(), (1.0,))
+    corners = np.array(list(itertools.product(*limits))) @ axes.get_proj().T
+    points = [axes.transData.transform(corners[:, :2] / corners[:, 3:])]
     points += [axis.get_tightbbox().get_points() for axis in (axes.xaxis, axes.yaxis, axes.zaxis)]
     inches = np.concatenate(points) / axes.figure.dpi
     return (*inches.min(axis=0), *inches.max(axis=0))

@@ -29,8 +29,8 @@ from nrchain.trajectory import Checkpoint, Trajectory, TrajectoryWriter
 RESTART_STEPS = 2000
 """Steps after which the integrator starts afresh: what a killed run has to repeat at most."""
 
-STEP_LIMIT = 1e-13
-"""A step this far below the end time no longer gets there."""
+STALLED = 1e-9
+"""Less progress than this part of the run in :data:`RESTART_STEPS` steps: it will not get there."""
 
 
 @dataclass(frozen=True)
@@ -147,8 +147,8 @@ class _Run:
 
     def _hold(self) -> None:
         """Every sphere is clamped: all snapshots are the first."""
-        for self.time in self.times[self.next :]:
-            self._record(self.chain.base_positions, self.chain.base_frames)
+        for due in self.times[self.next :]:
+            self._record(self.chain.base_positions, self.chain.base_frames, time=due)
 
     def _integrate(self) -> None:
         still = np.zeros(self.chain.dimension)
@@ -157,8 +157,8 @@ class _Run:
             before = self.time
             self.time = self.integrator.step()
             self.fresh_steps += 1
-            if self.time - before <= STEP_LIMIT * self.times[-1]:
-                raise IntegrationError("steps have become too small to reach the end")
+            if self.time == before:
+                raise IntegrationError("steps have become too small to advance the time")
             while self.next < len(self.times) and self.times[self.next] <= self.time:
                 due = self.times[self.next]
                 self._record(*self.chain.poses(due, self.integrator.at(due)), time=due)
@@ -168,11 +168,18 @@ class _Run:
             poses = self.chain.poses(self.time, y)
             self._refuse_contact(poses[0])
             turned = self.chain.largest_turn(y) > TURN_LIMIT
+            if self.fresh_steps >= RESTART_STEPS and self._stalled():
+                raise IntegrationError(
+                    f"{RESTART_STEPS} steps advanced the time by {self.time - self.chain.time:.3g}"
+                )
             if turned or self.fresh_steps >= RESTART_STEPS:
                 self.chain.rebase(self.time, *poses)
                 self._checkpoint()
                 self.restarts += 1
                 self.integrator.start(self.time, still)
+
+    def _stalled(self) -> bool:
+        return self.time - self.chain.time < STALLED * self.times[-1]
 
     def _refuse_contact(self, positions: np.ndarray) -> None:
         distance, i, j = closest_pair(positions, self.model.period)
@@ -221,8 +228,8 @@ def snapshot_times(scene: Scene) -> np.ndarray:
 
 def make_integrator(scene: Scene, chain: ChartedChain) -> Integrator:
     """The integrator of a scene: ``rtol`` of y, ``atol`` in sphere radii and radians."""
-    atol = np.tile(np.repeat([scene.run.atol * scene.chain.radius, scene.run.atol], 3), 1)
-    return Cvode(chain, scene.run.end, scene.run.rtol, np.tile(atol, chain.dimension // 6))
+    pose = np.repeat([scene.run.atol * scene.chain.radius, scene.run.atol], 3)
+    return Cvode(chain, scene.run.end, scene.run.rtol, np.tile(pose, chain.dimension // 6))
 
 
 def starting_poses(

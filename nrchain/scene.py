@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple, Self
 
 from nrchain.errors import SceneError
@@ -87,9 +87,11 @@ class Scene(Section):
     """
 
     chain: Annotated[ChainSpec, section(ChainSpec)]
-    elasticity: Annotated[ElasticitySpec, section(ElasticitySpec)] = ElasticitySpec()
-    slip: Annotated[SlipSpec, section(SlipSpec)] = SlipSpec()
-    start: Annotated[StartSpec, section(StartSpec)] = StartSpec()
+    elasticity: Annotated[ElasticitySpec, section(ElasticitySpec)] = field(
+        default_factory=ElasticitySpec
+    )
+    slip: Annotated[SlipSpec, section(SlipSpec)] = field(default_factory=SlipSpec)
+    start: Annotated[StartSpec, section(StartSpec)] = field(default_factory=StartSpec)
     run: Annotated[RunSpec, section(RunSpec)]
     title: Annotated[str, line()] = ""
 

@@ -65,7 +65,7 @@ def choice(literal: Any) -> Rule:
         if not isinstance(value, str) or value not in names:
             hint = did_you_mean(value, names)
             raise SceneError(key, value, f"must be one of {', '.join(names)}{hint}")
-        return value
+        return str(value)
 
     return read
 
@@ -210,4 +210,7 @@ def _plain(value: Any) -> Any:
 
 
 def _required(kind: Any) -> list[str]:
-    return [f.name for f in dataclasses.fields(kind) if f.default is dataclasses.MISSING]
+    """The fields of a dataclass that have no default."""
+    missing = dataclasses.MISSING
+    fields = dataclasses.fields(kind)
+    return [f.name for f in fields if f.default is missing and f.default_factory is missing]

@@ -36,7 +36,8 @@ PYSTOKES_MODES = ("2s", "3a", "3t", "4a")
 _E1 = (1.0, 0.0, 0.0)
 _STRENGTH = one_or_each(number())
 _NEIGHBOURS = rule(
-    "a whole number of at least 1, or 'all'", lambda v: v == "all" or (is_whole(v) and v >= 1)
+    "a whole number of at least 1, or 'all'",
+    lambda v: v == "all" or (is_whole(v) and 1 <= v < 2**63),
 )
 
 
@@ -124,6 +125,7 @@ class ElasticitySpec(Section):
 
 
 def _read_modes(key: str, value: Any) -> SlipModes:
+    """The rule of ``modes``: a table of known labels, each with what :func:`_read_slip` takes."""
     if not isinstance(value, Mapping):
         raise SceneError(key, value, "must be a table of mode labels and strengths or Slips")
     slips = {label: _read_slip(label, given) for label, given in value.items()}
@@ -188,7 +190,7 @@ class SlipSpec(Section):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StartSpec(Section):
-    """The shape at t = 0; wavenumbers in units of π/L, or of 2π/L on a periodic chain."""
+    """The shape at t = 0: amplitude a length, wavenumber in units of π/L (periodic: 2π/L)."""
 
     path: ClassVar[str] = "start"
     shape: Annotated[Shape, choice(Shape)] = "straight"

@@ -189,7 +189,9 @@ class TrajectoryWriter:
     def update_counters(self, counters: Mapping[str, float]) -> None:
         """Set the counts that are named, by the names in :data:`COUNTERS`."""
         with h5md.refusing(self.path, "cannot be written"):
-            self._file[h5md.COUNTS][:] = _counts(_counters(self._file[h5md.COUNTS][()]) | counters)
+            self._file[h5md.COUNTS][:] = _counts(
+                {**_counters(self._file[h5md.COUNTS][()]), **counters}
+            )
             self._file.flush()
 
     def close(self, status: str | None = None, reason: str = "") -> None:

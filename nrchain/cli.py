@@ -1,0 +1,273 @@
+"""The command line: run a scene, resume a run, list the scenes, draw a run.
+
+What is heavy is imported by the command that needs it, so that ``nrchain --help`` is immediate.
+Exit codes: 0, done; 2, refused, with one line on what is wrong; 3, a run that stopped early and
+kept what it reached; 130, interrupted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from nrchain import __version__
+from nrchain.errors import NrchainError
+
+if TYPE_CHECKING:
+    from nrchain.run import Progress
+    from nrchain.trajectory import Trajectory
+
+REFUSED, STOPPED, INTERRUPTED = 2, 3, 130
+PICTURE = "chain.png"
+
+app = typer.Typer(
+    name="nrchain",
+    help="Simulate chains of active colloids with nonreciprocal interactions.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+class View(StrEnum):
+    planes = "planes"
+    space = "3d"
+
+
+Directory = Annotated[Path, typer.Argument(help="Directory of a run.", show_default=False)]
+
+
+def main() -> None:
+    """The program ``nrchain``."""
+    app()
+
+
+@contextmanager
+def _reporting() -> Iterator[None]:
+    """Turn what a user can cause into one line on stderr and an exit code."""
+    try:
+        yield
+    except NrchainError as error:
+        _complain(str(error))
+        raise typer.Exit(REFUSED) from error
+    except OSError as error:
+        _complain(f"{error.filename}: {error.strerror}" if error.filename else str(error))
+        raise typer.Exit(REFUSED) from error
+    except KeyboardInterrupt:
+        _complain("interrupted")
+        raise typer.Exit(INTERRUPTED) from None
+
+
+def _complain(line: str) -> None:
+    Console(stderr=True, soft_wrap=True).print(f"nrchain: {line}", markup=False, highlight=False)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"nrchain {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version."),
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+@_reporting()
+def run(
+    scene: Annotated[
+        str, typer.Argument(help="Name of a shipped scene, or a TOML file.", show_default=False)
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Directory to write to.", show_default="runs/SCENE"),
+    ] = None,
+    changes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="KEY=VALUE", help="Change a key of the scene, such as slip.2s=50."
+        ),
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace an older result.")
+    ] = False,
+) -> None:
+    """Run a scene; write its trajectory and a picture."""
+    from nrchain.h5md import FILE_NAME
+    from nrchain.run import simulate
+    from nrchain.scene import load_scene, parse_assignment
+
+    what = load_scene(scene, **dict(parse_assignment(change) for change in changes or ()))
+    directory = output or Path("runs") / Path(scene).stem
+    directory.mkdir(parents=True, exist_ok=True)
+    with _progress_bar(directory) as report:
+        trajectory = simulate(
+            what, output=directory / FILE_NAME, overwrite=overwrite, progress=report
+        )
+    _finish(trajectory)
+
+
+@app.command()
+@_reporting()
+def resume(directory: Directory) -> None:
+    """Go on with a run that was killed or interrupted."""
+    from nrchain.run import resume as go_on
+
+    with _progress_bar(directory) as report:
+        trajectory = go_on(directory, progress=report)
+    _finish(trajectory)
+
+
+@app.command()
+@_reporting()
+def scenes() -> None:
+    """List the scenes that ship."""
+    from nrchain.plots import slip_text
+    from nrchain.scene import load_scene, scene_names
+
+    table = _table("scene", "what it shows", "slip", "ends")
+    table.add_column("N", justify="right")
+    for name in scene_names():
+        scene = load_scene(name)
+        chain = scene.chain
+        table.add_row(name, scene.title, slip_text(scene), chain.ends, str(chain.particles))
+    Console().print(table)
+
+
+@app.command()
+@_reporting()
+def plot(
+    directory: Directory,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", help="PNG, PDF or SVG.", show_default=f"DIRECTORY/{PICTURE}"
+        ),
+    ] = None,
+    view: Annotated[View, typer.Option(help="Three projections, or space.")] = View.planes,
+    times: Annotated[int, typer.Option(min=1, help="How many states to draw.")] = 6,
+) -> None:
+    """Draw the chain of a run at several times, also while it runs."""
+    from nrchain.plots import draw_chain
+    from nrchain.trajectory import Trajectory
+
+    trajectory = Trajectory.open(directory)
+    picture = draw_chain(trajectory, output or _beside(trajectory), view=view.value, times=times)
+    typer.echo(picture)
+
+
+@contextmanager
+def _progress_bar(directory: Path) -> Iterator[Callable[[Progress], None]]:
+    """A bar of the time reached, which says how to go on if it is interrupted."""
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    from nrchain.h5md import locate
+
+    console = Console(stderr=True)
+    bar = Bar(
+        TextColumn("t = {task.fields[time]}"),
+        BarColumn(bar_width=None),
+        TextColumn("{task.fields[steps]} steps"),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
+    )
+    task = bar.add_task("", total=None, time="0", steps="0")
+
+    def report(progress: Progress) -> None:
+        bar.update(
+            task,
+            total=progress.end,
+            completed=progress.time,
+            time=f"{progress.time:.4g} of {progress.end:.4g}",
+            steps=f"{progress.counters.get('steps', 0):.0f}",
+        )
+
+    try:
+        with bar:
+            yield report
+    except KeyboardInterrupt:
+        if locate(directory).exists():
+            _complain(f"what was reached is kept; go on with: nrchain resume {directory}")
+        raise
+
+
+def _beside(trajectory: Trajectory) -> Path:
+    """Where the picture of a trajectory goes."""
+    assert trajectory.path is not None
+    return trajectory.path.with_name(PICTURE)
+
+
+def _finish(trajectory: Trajectory) -> None:
+    """Draw the picture, print what was done and where it is, and exit by how it ended."""
+    from nrchain.plots import draw_chain
+
+    picture = draw_chain(trajectory, _beside(trajectory))
+    console = Console()
+    console.print(_cost(trajectory))
+    console.print(_effects(trajectory))
+    console.print(f"trajectory  {trajectory.path}\npicture     {picture}", soft_wrap=True)
+    if trajectory.status != "completed":
+        reached, end = trajectory.time[-1], trajectory.scene.run.end
+        _complain(
+            f"stopped early: {trajectory.reason}; kept are {len(trajectory.time)} of "
+            f"{trajectory.scene.run.snapshots} snapshots, to t = {reached:.6g} of {end:.6g}"
+        )
+        raise typer.Exit(STOPPED)
+
+
+def _cost(trajectory: Trajectory) -> Table:
+    counters = trajectory.counters
+    entries = {
+        "t": f"{trajectory.time[-1]:.6g}",
+        "snapshots": str(len(trajectory.time)),
+        "steps": f"{counters.get('steps', 0):.0f}",
+        "evaluations": f"{counters.get('evaluations', 0):.0f}",
+        "Jacobians": f"{counters.get('jacobians', 0):.0f}",
+        "solves": f"{counters.get('solves', 0):.0f}",
+        "wall time": f"{counters.get('wall_time', 0.0):.2f} s",
+    }
+    table = _table()
+    for title in entries:
+        table.add_column(title, justify="right")
+    table.add_row(*entries.values())
+    return table
+
+
+def _effects(trajectory: Trajectory) -> Table:
+    from nrchain.run import describe
+
+    description = describe(trajectory.scene)
+    table = _table("", "effect", "how")
+    for heading, effects in (
+        ("simulated", description.simulated),
+        ("left out", description.left_out),
+    ):
+        for row, (effect, line) in enumerate(effects):
+            table.add_row(heading if row == 0 else "", effect, line)
+        table.add_section()
+    return table
+
+
+def _table(*columns: str) -> Table:
+    from rich import box
+
+    return Table(*columns, box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False)
