@@ -66,8 +66,13 @@ def _reporting() -> Iterator[None]:
         raise typer.Exit(INTERRUPTED) from None
 
 
+def _console(stderr: bool = False) -> Console:
+    """A console that shows what it is given: brackets in a title or a path are no markup."""
+    return Console(stderr=stderr, markup=False, emoji=False, highlight=False)
+
+
 def _complain(line: str) -> None:
-    Console(stderr=True, soft_wrap=True).print(f"nrchain: {line}", markup=False, highlight=False)
+    _console(stderr=True).print(f"nrchain: {line}", soft_wrap=True)
 
 
 def _show_version(wanted: bool) -> None:
@@ -145,7 +150,7 @@ def scenes() -> None:
         scene = load_scene(name)
         chain = scene.chain
         table.add_row(name, scene.title, slip_text(scene), chain.ends, str(chain.particles))
-    Console().print(table)
+    _console().print(table)
 
 
 @app.command()
@@ -178,7 +183,7 @@ def _progress_bar(directory: Path) -> Iterator[Callable[[Progress], None]]:
 
     from nrchain.h5md import locate
 
-    console = Console(stderr=True)
+    console = _console(stderr=True)
     bar = Bar(
         TextColumn("t = {task.fields[time]}"),
         BarColumn(bar_width=None),
@@ -221,7 +226,7 @@ def _finish(trajectory: Trajectory) -> None:
     from nrchain.plots import draw_chain
 
     picture = draw_chain(trajectory, _beside(trajectory))
-    console = Console()
+    console = _console()
     console.print(_cost(trajectory))
     console.print(_effects(trajectory))
     console.print(f"trajectory  {trajectory.path}\npicture     {picture}", soft_wrap=True)

@@ -149,9 +149,9 @@ def _allocate(file: Any, scene: Scene, times: np.ndarray) -> None:
     file.create_dataset(PLANNED, data=times)
     _empty(file, COUNTS, (len(COUNTERS),), fill=0.0)
     file[COUNTS].attrs["names"] = COUNTERS
-    _empty(file, STATUS, (), np.uint8, STATUSES.index("running"))
+    _empty(file, STATUS, (1,), np.uint8, STATUSES.index("running"))
     file[STATUS].attrs["names"] = STATUSES
-    _empty(file, REASON, (), np.dtype(f"S{REASON_BYTES}"), b"")
+    _empty(file, REASON, (1,), np.dtype(f"S{REASON_BYTES}"), b"")
 
     _empty(file, f"{CHECKPOINTS}/sequence", (2,), np.int64, 0)
     _empty(file, f"{CHECKPOINTS}/position", (2, particles, 3))
@@ -162,7 +162,10 @@ def _allocate(file: Any, scene: Scene, times: np.ndarray) -> None:
 def _empty(
     file: Any, name: str, shape: tuple[int, ...], dtype: Any = np.float64, fill: Any = np.nan
 ) -> None:
-    """A contiguous dataset whose space on the disk is taken, and filled, at once."""
+    """A contiguous dataset whose space on the disk is taken, and filled, at once.
+
+    Not a scalar: h5py makes those without regard to the layout asked for.
+    """
     import h5py
 
     layout = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
@@ -179,8 +182,6 @@ def open_file(path: Path, mode: str) -> Any:
     """
     import h5py
 
-    if path.is_dir():
-        raise TrajectoryError(f"{path}: this directory holds no {FILE_NAME}")
     if not path.exists():
         raise TrajectoryError(f"{path}: there is no such trajectory")
     with refusing(path, "cannot be opened"):

@@ -219,10 +219,10 @@ class TrajectoryWriter:
     def _set_status(self, status: str, reason: str) -> None:
         whole = reason.encode()[: h5md.REASON_BYTES].decode(errors="ignore")
         with h5md.refusing(self.path, "cannot be written"):
-            self._file[h5md.REASON][()] = whole.encode()
-            self._commit(self._file[h5md.STATUS], (), h5md.STATUSES.index(status))
+            self._file[h5md.REASON][0] = whole.encode()
+            self._commit(self._file[h5md.STATUS], 0, h5md.STATUSES.index(status))
 
-    def _commit(self, marks: Any, place: int | tuple[()], value: float) -> None:
+    def _commit(self, marks: Any, place: int, value: float) -> None:
         """Set the mark that makes data count, once the data itself has left this process."""
         self._file.flush()
         marks[place] = value
@@ -239,8 +239,8 @@ def _contents(file: Any) -> dict[str, Any]:
         "frames": file[f"{h5md.FRAME}/value"][()][finished],
         "scene": _scene(file),
         "counters": _counters(file[h5md.COUNTS][()]),
-        "status": h5md.STATUSES[file[h5md.STATUS][()]],
-        "reason": file[h5md.REASON][()].decode(),
+        "status": h5md.STATUSES[file[h5md.STATUS][0]],
+        "reason": file[h5md.REASON][0].decode(),
     }
 
 

@@ -1,0 +1,136 @@
+"""The charted ODE against the motion it stands for, and its Jacobian against differences."""
+
+import numpy as np
+import pytest
+from poses import dense, pose_derivative, random_chain
+
+import nrchain
+from nrchain.charts import ChartedChain
+from nrchain.model import Model
+
+MODULI = {"stretch": 3.0, "shear": 5.0, "twist": 7.0, "bend": 11.0}
+MODES = {"2s": 3.0, "3a": 2.0, "3t": -4.0, "4a": {"strength": 5.0, "axis": [0.0, 1.0, 1.0]}}
+ENDS = ["free", "clamped", "periodic"]
+
+
+def scene(ends="free", count=6, slip=MODES, neighbours=1, moduli=MODULI, **run):
+    return nrchain.load_scene(
+        {
+            "chain": {"particles": count, "spacing": 4.0, "ends": ends},
+            "elasticity": moduli,
+            "slip": {"neighbours": neighbours, **slip},
+            "run": {"end": 1.0, **run},
+        }
+    )
+
+
+def charted(scene, seed=0):
+    """A chart with moving bases, and a point of it away from the origin."""
+    model = Model(scene)
+    chain = ChartedChain(model)
+    rng = np.random.default_rng(seed)
+    moves = 0.0 if model.held.any() else 1.0
+    poses = random_chain(model.count, spacing=4.0, seed=seed)
+    chain.set_base(0.2, *poses, moves * rng.standard_normal(3), moves * 0.7)
+    return chain, 0.3 * rng.standard_normal(chain.dimension)
+
+
+def rates(chain, time, y):
+    out = np.empty(chain.dimension)
+    chain.rates(time, y, out)
+    return out
+
+
+CASES = [(ends, label, 1) for ends in ENDS for label in MODES]
+CASES += [(ends, "all modes", reach) for ends in ENDS for reach in (1, 3, 12)]
+
+
+@pytest.mark.parametrize(("ends", "label", "reach"), CASES)
+def test_jacobian_against_differences(ends, label, reach):
+    slip = MODES if label == "all modes" else {label: MODES[label]}
+    chain, y = charted(scene(ends, slip=slip, neighbours=reach))
+    chain.linearise(0.6, y)
+    step = 1e-5
+    numeric = np.stack(
+        [
+            (rates(chain, 0.6, y + step * e) - rates(chain, 0.6, y - step * e)) / (2 * step)
+            for e in np.eye(chain.dimension)
+        ],
+        axis=1,
+    )
+    assert chain.jacobian() == pytest.approx(numeric, abs=1e-8 * np.abs(numeric).max())
+
+
+@pytest.mark.parametrize("ends", ENDS)
+def test_model_blocks_are_the_derivative_of_the_twists(ends):
+    model = Model(scene(ends, neighbours=2))
+    positions, frames = random_chain(6, spacing=4.0)
+    model.held[:] = False
+    blocks = np.zeros((6, 2 * model.reach + 1, 6, 6))
+    model.add_jacobian(positions, frames, blocks)
+    numeric = pose_derivative(model.twists, positions, frames)
+    assert dense(blocks, ends == "periodic") == pytest.approx(
+        numeric, abs=1e-8 * np.abs(numeric).max()
+    )
+
+
+@pytest.mark.parametrize("ends", ENDS)
+def test_rates_are_the_motion_of_the_poses(ends):
+    chain, y = charted(scene(ends))
+    time, step = 0.9, 1e-6
+    ydot = rates(chain, time, y)
+    positions, frames = (array.copy() for array in chain.poses(time, y))
+    twists = chain.model.twists(positions, frames)
+    ahead = [array.copy() for array in chain.poses(time + step, y + step * ydot)]
+    behind = [array.copy() for array in chain.poses(time - step, y - step * ydot)]
+    velocity = (ahead[0] - behind[0]) / (2 * step)
+    turning = (ahead[1] - behind[1]) / (2 * step)
+    assert velocity == pytest.approx(twists[:, :3], abs=1e-8)
+    assert turning == pytest.approx(np.cross(twists[:, None, 3:], frames), abs=1e-8)
+
+
+@pytest.mark.parametrize("ends", ENDS)
+@pytest.mark.parametrize("count", [2, 3, 4, 7])
+def test_solve_inverts_the_newton_matrix(ends, count):
+    chain, y = charted(scene(ends, count))
+    if chain.dimension == 0:
+        return
+    chain.linearise(0.0, y)
+    chain.factorise(0.01)
+    right = np.random.default_rng(1).standard_normal(chain.dimension)
+    out = np.empty_like(right)
+    chain.solve(right, out)
+    newton = np.eye(chain.dimension) - 0.01 * chain.jacobian()
+    assert newton @ out == pytest.approx(right, abs=1e-12)
+
+
+def test_clamped_spheres_have_no_coordinates_and_keep_their_pose():
+    chain, y = charted(scene("clamped"))
+    assert chain.dimension == 6 * 4
+    positions, frames = chain.poses(5.0, y)
+    assert np.array_equal(positions[[0, -1]], chain.base_positions[[0, -1]])
+    assert np.array_equal(frames[[0, -1]], chain.base_frames[[0, -1]])
+
+
+def test_rebasing_keeps_the_poses_and_orthonormalises():
+    chain, y = charted(scene())
+    positions, frames = (array.copy() for array in chain.poses(0.5, y))
+    frames[0] *= 1 + 1e-9
+    chain.rebase(0.5, positions, frames)
+    again = chain.poses(0.5, np.zeros(chain.dimension))
+    assert np.array_equal(again[0], positions)
+    assert again[1][1:] == pytest.approx(frames[1:], abs=1e-15)
+    gram = np.einsum("nak,nbk->nab", again[1], again[1])
+    assert np.abs(gram - np.eye(3)).max() < 1e-15
+
+
+def test_bases_follow_a_chain_that_swims_and_spins():
+    straight = scene(slip={"3t": 100.0, "4a": 300.0}, count=8, moduli=dict.fromkeys(MODULI, 1.0))
+    chain = ChartedChain(Model(straight))
+    positions = 4.0 * np.arange(8.0)[:, None] * [1.0, 0, 0]
+    frames = np.broadcast_to(np.eye(3), (8, 3, 3)).copy()
+    chain.rebase(0.0, positions, frames)
+    # the inner spheres feel two neighbours, those at the ends one
+    share = 7 / 8
+    assert chain.drift[0] == pytest.approx(share * 4 / 5 * 100 / 4.0**3)
+    assert chain.spin == pytest.approx(-share * 363 / 5 * 300 / 4.0**5)

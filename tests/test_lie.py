@@ -1,0 +1,131 @@
+"""The Cayley map of SO(3) and SE(3) against matrices, scipy's rotations and differences.
+
+Angles are swept over fifteen decades, where a formula that cancels would show.
+"""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from nrchain import lie
+
+SIZES = [0.0, 1e-12, 1e-9, 1e-6, 1e-3, 0.1, 1.0, 10.0, 1e3]
+vectors = st.tuples(*[st.floats(-3, 3)] * 3).map(np.array)
+
+
+def hat(v):
+    return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0.0]])
+
+
+def call(function, *arguments, shape=(3,)):
+    out = np.empty(shape)
+    function(*arguments, out)
+    return out
+
+
+def cayley(theta):
+    return call(lie.cayley, theta, shape=(3, 3))
+
+
+def shift_of(y):
+    return call(lie.half_inverse, y[3:], y[:3])
+
+
+def sample(size, seed=0):
+    return size * np.random.default_rng(seed).standard_normal(3)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_cayley_is_its_definition_and_orthonormal(size):
+    theta = sample(size)
+    half = hat(theta) / 2
+    rotation = cayley(theta)
+    assert rotation == pytest.approx(np.linalg.solve(np.eye(3) - half, np.eye(3) + half), abs=1e-13)
+    assert np.abs(rotation @ rotation.T - np.eye(3)).max() < 5e-16
+
+
+@pytest.mark.parametrize("size", SIZES[1:])
+def test_cayley_turns_by_twice_the_arctangent(size):
+    theta = sample(size)
+    angle = 2 * np.arctan(np.linalg.norm(theta) / 2)
+    expected = Rotation.from_rotvec(angle * theta / np.linalg.norm(theta))
+    assert cayley(theta) == pytest.approx(expected.as_matrix(), abs=1e-14)
+
+
+@pytest.mark.parametrize("size", SIZES[1:-1])
+def test_inverse_cayley_returns_every_digit(size):
+    theta = sample(size)
+    back = call(lie.inverse_cayley, cayley(theta))
+    # near a half turn θ ~ 10 the trace cancels and takes digits with it
+    assert back == pytest.approx(theta, rel=1e-15 * (4 + size**2) * 10)
+
+
+@given(vectors, vectors, vectors, vectors)
+def test_rate_and_tangent_are_inverse(theta, shift, velocity, omega):
+    rate = call(lie.rate, theta, shift, velocity, omega, shape=(6,))
+    forward = call(lie.tangent, theta, shift, shape=(6, 6))
+    backward = call(lie.inverse_tangent, theta, shift, shape=(6, 6))
+    twist = np.concatenate([velocity, omega])
+    assert forward @ rate == pytest.approx(twist, abs=1e-12)
+    assert backward @ twist == pytest.approx(rate, abs=1e-12)
+
+
+@pytest.mark.parametrize("size", [1e-9, 1e-3, 1.0, 5.0])
+def test_tangent_is_the_velocity_of_the_pose(size):
+    rng = np.random.default_rng(1)
+    y = np.concatenate([rng.standard_normal(3), sample(size)])
+    change = rng.standard_normal(6)
+    step = 1e-5
+    ahead, behind = y + step * change, y - step * change
+    spin = (cayley(ahead[3:]) - cayley(behind[3:])) / (2 * step) @ cayley(y[3:]).T
+    velocity = (shift_of(ahead) - shift_of(behind)) / (2 * step)
+    twist = call(lie.tangent, y[3:], shift_of(y), shape=(6, 6)) @ change
+    assert twist[:3] == pytest.approx(velocity, abs=1e-8)
+    assert twist[3:] == pytest.approx([spin[2, 1], spin[0, 2], spin[1, 0]], abs=1e-8)
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-3, 1.0, 5.0])
+def test_rate_derivative_against_differences(size):
+    rng = np.random.default_rng(2)
+    y = np.concatenate([rng.standard_normal(3), sample(size)])
+    velocity, omega = rng.standard_normal((2, 3))
+
+    def rate(y):
+        return call(lie.rate, y[3:], shift_of(y), velocity, omega, shape=(6,))
+
+    tangent = call(lie.tangent, y[3:], shift_of(y), shape=(6, 6))
+    exact = call(
+        lie.rate_derivative,
+        y[3:], shift_of(y), velocity, omega, rate(y)[3:], tangent,
+        shape=(6, 6),
+    )  # fmt: skip
+    step = 1e-5
+    numeric = [(rate(y + step * e) - rate(y - step * e)) / (2 * step) for e in np.eye(6)]
+    assert exact == pytest.approx(np.array(numeric).T, abs=1e-8 * (1 + size**2))
+
+
+@given(vectors, st.floats(1e-9, 1e-3))
+def test_orthonormalise_repairs_a_frame(theta, noise):
+    exact = cayley(theta)
+    frame = exact + noise * np.random.default_rng(0).standard_normal((3, 3))
+    lie.orthonormalise(frame)
+    assert np.abs(frame @ frame.T - np.eye(3)).max() < 1e-7 * noise + 1e-15
+    assert np.abs(frame - exact).max() < 5 * noise
+
+
+@given(vectors, vectors)
+def test_rotation_between_takes_one_to_the_other(a, b):
+    lengths = np.linalg.norm(a), np.linalg.norm(b)
+    if min(lengths) < 1e-3:
+        return
+    a, b = a / lengths[0], b / lengths[1]
+    if a @ b < -0.999:
+        return
+    rotation = np.empty((3, 3))
+    lie.rotation_between(a, b, rotation)
+    assert rotation @ a == pytest.approx(b, abs=1e-12)
+    # the axis is a × b: nothing turns about a itself beyond what takes it to b
+    axis = np.cross(a, b)
+    assert rotation @ axis == pytest.approx(axis, abs=1e-12)

@@ -1,0 +1,60 @@
+"""The table of modes against the closed forms as printed, and its vector calculus."""
+
+from fractions import Fraction as F
+
+import pytest
+
+from nrchain import slip_modes
+from nrchain.errors import SceneError
+from nrchain.slip_modes import SlipMode, curl, laplacian
+
+# Physics reference, section 2: a w / V over powers of a/r, written out by hand.
+PRINTED_SPINS = {
+    "2s": {("x", 3): (0, F(7, 2))},
+    "3a": {("n", 4): (F(-13, 24), 0, F(65, 24)), ("e", 4): (0, F(-13, 12))},
+    "3t": {},
+    "4a": {
+        ("e", 5): (F(-1089, 80), 0, F(5445, 80)),
+        ("n", 5): (0, F(5445, 80), 0, F(-12705, 80)),
+    },
+}
+
+
+@pytest.mark.parametrize("label", PRINTED_SPINS)
+def test_half_the_curl_is_the_printed_torque_law(label):
+    assert slip_modes.find(label).spin() == PRINTED_SPINS[label]
+
+
+@pytest.mark.parametrize("mode", slip_modes.modes(), ids=lambda mode: mode.label)
+def test_finite_size_changes_the_velocity_of_2s_alone(mode):
+    assert (mode.flow(True) != mode.flow()) == (mode.label == "2s")
+    assert mode.spin(True) == mode.spin()
+
+
+def test_finite_size_of_2s_as_released_by_pystokes():
+    # 3(1 − (8/3)s²)(c² − 1/3) n + (16/5) s² (c e − n/3), times 7/6: propulsionT2s of 2.3.2
+    flow = slip_modes.find("2s").flow(finite_size=True)
+    assert flow["n", 4] == (F(28, 9) - F(56, 45), 0, F(-28, 3))
+    assert flow["e", 4] == (0, F(56, 15))
+
+
+@pytest.mark.parametrize("mode", slip_modes.modes(), ids=lambda mode: mode.label)
+def test_vorticity_is_harmonic(mode):
+    assert laplacian(curl(mode.flow())) == {}
+
+
+def test_unknown_label_names_the_nearest():
+    with pytest.raises(SceneError, match="did you mean '2s'"):
+        slip_modes.find("2S")
+
+
+def test_a_label_cannot_be_taken_twice():
+    other = SlipMode("2s", "impostor", 2, False, False, {("n", 2): (1,)})
+    with pytest.raises(SceneError, match="taken"):
+        slip_modes.register(other)
+
+
+@pytest.mark.parametrize("row", [("y", 2), ("n", 0)])
+def test_rows_outside_the_basis_are_refused(row):
+    with pytest.raises(SceneError, match="power of a/r"):
+        SlipMode("9z", "nonsense", 9, False, False, {row: (1,)})

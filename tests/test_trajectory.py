@@ -1,0 +1,378 @@
+"""What a run writes is what is read back, whatever interrupts it."""
+
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time as clock
+
+import h5py
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nrchain.errors import TrajectoryError
+from nrchain.h5md import FILE_NAME, REASON_BYTES
+from nrchain.scene import load_scene
+from nrchain.trajectory import COUNTERS, Checkpoint, Trajectory, TrajectoryWriter
+
+TIMES = np.linspace(0.0, 8.0, 5)
+
+
+def make_scene(particles=4, **changes):
+    return load_scene(
+        {"chain.particles": particles, "run.end": 8.0, "slip.3a": 0.1, "title": "a test"}, **changes
+    )
+
+
+def poses(particles, seed):
+    rng = np.random.default_rng(seed)
+    return rng.normal(size=(particles, 3)), rng.normal(size=(particles, 3, 3))
+
+
+def write(writer, index, time=None):
+    time = TIMES[index] if time is None else time
+    writer.write(index, time, *poses(writer.scene.chain.particles, index), step=10 * index)
+
+
+def checkpoint(seed, particles=4):
+    return Checkpoint(
+        time=0.1 * seed,
+        positions=poses(particles, seed)[0],
+        frames=poses(particles, seed)[1],
+        snapshot=seed,
+        spin=-0.3 * seed,
+        drift=np.array([seed, 0.5, -1.0]),
+        counters={"steps": 3 * seed, "wall_time": 0.25},
+    )
+
+
+def same(first, second):
+    return all(np.array_equal(getattr(first, k), getattr(second, k)) for k in vars(first))
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / FILE_NAME
+
+
+def test_a_finished_run_is_read_back_bit_for_bit(path):
+    scene = make_scene()
+    with TrajectoryWriter(path, scene, TIMES) as writer:
+        for index in range(len(TIMES)):
+            write(writer, index)
+        writer.update_counters({"steps": 41, "wall_time": 1.5})
+        writer.update_counters({"evaluations": 99})
+        writer.close("completed")
+    for source in (path, path.parent, str(path)):
+        trajectory = Trajectory.open(source)
+        assert np.array_equal(trajectory.time, TIMES)
+        for index in range(len(TIMES)):
+            positions, frames = poses(4, index)
+            assert np.array_equal(trajectory.positions[index], positions)
+            assert np.array_equal(trajectory.frames[index], frames)
+        assert trajectory.scene == scene
+        assert (trajectory.status, trajectory.reason) == ("completed", "")
+        assert trajectory.counters == dict.fromkeys(COUNTERS, 0) | {
+            "steps": 41,
+            "evaluations": 99,
+            "wall_time": 1.5,
+        }
+        assert trajectory.path == path
+    assert repr(trajectory) == (
+        f"<Trajectory 'a test': 4 spheres, 5 snapshots to t = 8, completed, {str(path)!r}>"
+    )
+
+
+@pytest.mark.parametrize("ends", ["free", "periodic"])
+def test_the_file_is_h5md(path, ends):
+    scene = make_scene(**{"chain.ends": ends})
+    with TrajectoryWriter(path, scene, TIMES) as writer:
+        write(writer, 0)
+    with h5py.File(path) as file:
+        assert file["h5md"].attrs["version"].tolist() == [1, 1]
+        assert file["h5md/creator"].attrs["name"] == "nrchain"
+        assert "name" in file["h5md/author"].attrs
+        box = file["particles/chain/box"]
+        along = "periodic" if ends == "periodic" else "none"
+        assert box.attrs["dimension"] == 3
+        assert box.attrs["boundary"].tolist() == [along, "none", "none"]
+        assert ("edges" in box) == (ends == "periodic")
+        if ends == "periodic":
+            assert box["edges"][0] == scene.length
+        assert file["particles/chain/position/value"].shape == (5, 4, 3)
+        assert file["particles/chain/frame/value"].shape == (5, 4, 3, 3)
+        for name in ("time", "step"):
+            assert file[f"particles/chain/position/{name}"] == file[f"particles/chain/frame/{name}"]
+        assert file["particles/chain/position/step"][()].tolist() == [0, -1, -1, -1, -1]
+        assert file["parameters/scene"].asstr()[()] == scene.to_toml()
+        assert file["parameters/versions"].attrs["numpy"] == np.__version__
+
+
+def test_only_finished_snapshots_are_read(path):
+    with TrajectoryWriter(path, make_scene(), TIMES) as writer:
+        assert len(Trajectory.open(path).time) == 0
+        write(writer, 0)
+        write(writer, 3)
+        writer.close()
+    trajectory = Trajectory.open(path)
+    assert trajectory.time.tolist() == [TIMES[0], TIMES[3]]
+    assert np.array_equal(trajectory.positions[1], poses(4, 3)[0])
+    assert trajectory.status == "running"
+
+
+def test_an_existing_result_is_replaced_only_when_told(path):
+    with TrajectoryWriter(path, make_scene(), TIMES) as writer:
+        write(writer, 0)
+    for where in (path, path.parent):
+        with pytest.raises(TrajectoryError, match=re.escape(str(path)) + r".*overwrite"):
+            TrajectoryWriter(where, make_scene(), TIMES)
+    assert len(Trajectory.open(path).time) == 1
+    TrajectoryWriter(path, make_scene(6), TIMES, overwrite=True).close()
+    assert Trajectory.open(path).positions.shape == (0, 6, 3)
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_a_file_that_cannot_be_made_leaves_nothing(tmp_path, monkeypatch):
+    with pytest.raises(TrajectoryError, match="No such file or directory"):
+        TrajectoryWriter(tmp_path / "missing" / "t.h5", make_scene(), TIMES)
+
+    def full(*args, **kwargs):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(h5py.Group, "create_dataset", full)
+    with pytest.raises(TrajectoryError, match="No space left"):
+        TrajectoryWriter(tmp_path, make_scene(), TIMES)
+    assert not list(tmp_path.iterdir())
+
+
+def truncate(path):
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+
+def delete_frames(path):
+    with h5py.File(path, "r+") as file:
+        del file["particles/chain/frame"]
+
+
+def spoil_scene(path):
+    with h5py.File(path, "r+") as file:
+        file["parameters/scene"][()] = "[chain]\nparticles = 'many'"
+
+
+def make_foreign(path):
+    with h5py.File(path, "w") as file:
+        file["h5md"] = 1
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (lambda path: path.unlink(), "trajectory.h5: there is no such trajectory"),
+        (lambda path: path.write_text("time 0 1 2"), "not an HDF5 file"),
+        (lambda path: path.write_bytes(b""), "not an HDF5 file"),
+        (truncate, "cut short"),
+        (make_foreign, "not one written by nrchain"),
+        (delete_frames, "damaged"),
+        (spoil_scene, "scene cannot be read.*chain.particles"),
+    ],
+)
+def test_what_is_no_trajectory_is_refused_with_the_cause(path, spoil, message):
+    TrajectoryWriter(path, make_scene(), TIMES).close()
+    spoil(path)
+    with pytest.raises(TrajectoryError, match=message) as caught:
+        Trajectory.open(path.parent)
+    assert str(path.parent) in str(caught.value)
+
+
+def test_a_missing_path_is_refused(tmp_path):
+    with pytest.raises(TrajectoryError, match="no such trajectory"):
+        Trajectory.open(tmp_path / "nothing.h5")
+    with pytest.raises(TrajectoryError, match="no such trajectory"):
+        TrajectoryWriter.reopen(tmp_path / "nothing.h5")
+
+
+def test_arrays_of_the_wrong_shape_or_not_finite_are_refused(path):
+    positions, frames = poses(4, 0)
+    with TrajectoryWriter(path, make_scene(), TIMES) as writer:
+        with pytest.raises(ValueError, match=r"positions: shape \(3,\)"):
+            writer.write(0, 0.0, positions[0], frames, 0)
+        with pytest.raises(ValueError, match=r"frames: shape"):
+            writer.write(0, 0.0, positions, frames[0], 0)
+        with pytest.raises(ValueError, match="time: not all values are finite"):
+            writer.write(0, np.nan, positions, frames, 0)
+        with pytest.raises(ValueError, match=r"no such counter as 'step'; known are steps"):
+            writer.update_counters({"step": 1})
+    with pytest.raises(ValueError, match=r"positions: shape"):
+        Trajectory(TIMES, np.zeros((5, 3, 3)), np.zeros((5, 4, 3, 3)), make_scene())
+
+
+def test_how_a_run_ends_is_recorded(path):
+    with TrajectoryWriter(path, make_scene(), TIMES) as writer:
+        writer.close("stopped", "spheres touch at λ = 2")
+    assert Trajectory.open(path).reason == "spheres touch at λ = 2"
+    with TrajectoryWriter.reopen(path) as writer:
+        assert np.array_equal(writer.times, TIMES)
+        running = Trajectory.open(path)
+        assert (running.status, running.reason) == ("running", "")
+        writer.close("stopped", "λ" * REASON_BYTES)
+    assert Trajectory.open(path).reason == "λ" * (REASON_BYTES // 2)
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [(KeyboardInterrupt(), "interrupted"), (ZeroDivisionError("by 0"), "ZeroDivisionError: by 0")],
+)
+def test_an_exception_stops_the_run_and_keeps_what_it_has(path, error, reason):
+    def run():
+        with TrajectoryWriter(path, make_scene(), TIMES) as writer:
+            write(writer, 0)
+            raise error
+
+    with pytest.raises(type(error)):
+        run()
+    trajectory = Trajectory.open(path)
+    assert (trajectory.status, trajectory.reason) == ("stopped", reason)
+    assert len(trajectory.time) == 1
+
+
+@settings(max_examples=20, deadline=None)
+@given(count=st.integers(0, 5))
+def test_the_latest_checkpoint_is_the_last_written(tmp_path_factory, count):
+    path = tmp_path_factory.mktemp("checkpoints") / FILE_NAME
+    with TrajectoryWriter(path, make_scene(), TIMES) as writer:
+        for seed in range(count):
+            writer.checkpoint(checkpoint(seed))
+        latest = writer.latest_checkpoint()
+    for found in (latest, Trajectory.open(path).latest_checkpoint()):
+        if count == 0:
+            assert found is None
+        else:
+            wanted = checkpoint(count - 1)
+            counters = dict.fromkeys(COUNTERS, 0) | wanted.counters
+            assert same(found, Checkpoint(**vars(wanted) | {"counters": counters}))
+
+
+def test_a_trajectory_in_memory_has_no_checkpoint():
+    frames = np.broadcast_to(np.eye(3), (5, 4, 3, 3))
+    trajectory = Trajectory(TIMES, np.zeros((5, 4, 3)), frames, make_scene())
+    assert trajectory.latest_checkpoint() is None
+    assert repr(trajectory) == "<Trajectory 'a test': 4 spheres, 5 snapshots to t = 8, completed>"
+
+
+def uniform(time, particles):
+    """Poses whose every number is the time, so that a mixture of two snapshots shows."""
+    return np.full((particles, 3), time), np.full((particles, 3, 3), time)
+
+
+def assert_whole(path):
+    """Every snapshot and the checkpoint of a file consist of one state each."""
+    trajectory = Trajectory.open(path)
+    for time, positions, frames in zip(
+        trajectory.time, trajectory.positions, trajectory.frames, strict=True
+    ):
+        assert np.all(positions == time)
+        assert np.all(frames == time)
+    latest = trajectory.latest_checkpoint()
+    if latest is not None:
+        assert np.all(latest.positions == latest.time)
+        assert np.all(latest.frames == latest.time)
+    return trajectory
+
+
+def test_the_disk_holds_a_whole_state_at_every_flush(tmp_path, path, monkeypatch):
+    """Copies of the file before and after each flush are what kills at those moments leave."""
+    particles = 3000
+    copies = []
+    flush = h5py.File.flush
+
+    def copying_flush(file):
+        for act in (lambda: None, lambda: flush(file)):
+            act()
+            copies.append(tmp_path / f"copy-{len(copies)}.h5")
+            shutil.copy(path, copies[-1])
+
+    with TrajectoryWriter(path, make_scene(particles), TIMES) as writer:
+        monkeypatch.setattr(h5py.File, "flush", copying_flush)
+        for turn in range(2):
+            for index in range(2):
+                time = index + 0.1 * turn
+                writer.write(index, time, *uniform(time, particles), step=0)
+                writer.checkpoint(Checkpoint(time, *uniform(time, particles), 0, 0.0, np.zeros(3)))
+                writer.update_counters({"steps": index})
+    finished = [assert_whole(copy).time.tolist() for copy in copies]
+    assert len(copies) > 20
+    assert finished[-1] == [0.1, 1.1]
+
+
+def test_every_mark_is_written_between_two_flushes(path, monkeypatch):
+    events = []
+    flush, assign = h5py.File.flush, h5py.Dataset.__setitem__
+
+    def logging_flush(file):
+        events.append("flush")
+        flush(file)
+
+    def logging_assign(dataset, place, value):
+        events.append(dataset.name.split("/")[-1])
+        assign(dataset, place, value)
+
+    with TrajectoryWriter(path, make_scene(), TIMES) as writer:
+        size = path.stat().st_size
+        monkeypatch.setattr(h5py.File, "flush", logging_flush)
+        monkeypatch.setattr(h5py.Dataset, "__setitem__", logging_assign)
+        for index in (0, 1, 1):
+            write(writer, index)
+            writer.checkpoint(checkpoint(index))
+        writer.close("completed")
+    assert path.stat().st_size == size
+    marks = [k for k, event in enumerate(events) if event in ("time", "sequence", "status")]
+    assert len(marks) == 4 + 3 + 1
+    assert all(events[k - 1] == events[k + 1] == "flush" for k in marks)
+
+
+CHILD = """
+import sys
+import numpy as np
+from nrchain.scene import load_scene
+from nrchain.trajectory import Checkpoint, TrajectoryWriter
+
+scene = load_scene({"chain.particles": 2000, "run.end": 1.0})
+frames = np.empty((2000, 3, 3))
+with TrajectoryWriter(sys.argv[1], scene, np.arange(4.0)) as writer:
+    for step in range(1_000_000):
+        time = float(step)
+        positions, frames[:] = np.full((2000, 3), time), time
+        writer.write(step % 4, time, positions, frames, step)
+        writer.checkpoint(Checkpoint(time, positions, frames, 0, 0.0, np.zeros(3)))
+        print(step, flush=True)
+"""
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.011, 0.037, 0.103])
+def test_a_killed_run_keeps_every_finished_snapshot(path, delay):
+    child = subprocess.Popen([sys.executable, "-c", CHILD, path], stdout=subprocess.PIPE, text=True)
+    try:
+        first = child.stdout.readline()
+        assert first == "0\n"
+        clock.sleep(delay)
+        # A run can be read while it goes on, but not be written or replaced by another process.
+        Trajectory.open(path)
+        with pytest.raises(TrajectoryError, match="another process is writing"):
+            TrajectoryWriter.reopen(path)
+        with pytest.raises(TrajectoryError, match="another process is writing"):
+            TrajectoryWriter(path, make_scene(), TIMES, overwrite=True)
+    finally:
+        child.send_signal(signal.SIGKILL)
+        reported = int((first + child.communicate()[0]).split()[-1])
+    trajectory = assert_whole(path)
+    assert trajectory.status == "running"
+    # At most the snapshot under way is missing, and nothing that was reported as written.
+    assert set(range(max(0, reported - 2), reported + 1)) <= set(trajectory.time)
+    assert trajectory.latest_checkpoint().time >= reported
+    with TrajectoryWriter.reopen(path) as writer:
+        writer.write(0, 0.5, *uniform(0.5, 2000), step=1)
+        writer.close("completed")
+    assert assert_whole(path).status == "completed"
