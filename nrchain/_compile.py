@@ -1,4 +1,4 @@
-"""How the kernels are compiled: on disk, with IEEE division, and without assuming finite numbers."""
+"""How kernels are compiled: kept on disk, with IEEE division, never assuming finite numbers."""
 
 from __future__ import annotations
 
@@ -11,11 +11,16 @@ ARITHMETIC = frozenset({"contract", "reassoc", "nsz", "arcp"})
 """What the compiler may rearrange. ``nnan`` and ``ninf`` are left out: a NaN has to stay one."""
 
 
-def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False, **options: Any):
-    """``numba.njit`` with the options of the house; ``parallel`` loops must write only their row."""
+def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False):
+    """``numba.njit`` with the options of the house; ``parallel`` loops write only their own row."""
 
     def compile_(f: Callable[..., Any]) -> Any:
-        settings = {"cache": True, "error_model": "numpy", "fastmath": set(ARITHMETIC)}
-        return numba.njit(f, parallel=parallel, **(settings | options))
+        return numba.njit(
+            f,
+            cache=True,
+            parallel=parallel,
+            error_model="numpy",
+            fastmath=set(ARITHMETIC),
+        )
 
     return compile_ if function is None else compile_(function)

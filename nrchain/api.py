@@ -1,10 +1,10 @@
-"""Forces and torques from arrays, for scripts: the pair laws and the elastic chain by themselves."""
+"""Forces and torques from arrays, for scripts: pair laws and elastic chain by themselves."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -13,9 +13,9 @@ from nrchain.errors import SceneError
 from nrchain.scene import Slip
 
 
-def _array(name: str, given: object, shape: tuple[int | None, ...]) -> np.ndarray:
+def _array(name: str, given: Any, shape: tuple[int | None, ...]) -> np.ndarray:
     try:
-        array = np.ascontiguousarray(given, float)
+        array = np.asarray(given, float, order="C")
     except (TypeError, ValueError):
         raise SceneError(name, given, f"must be numbers of shape {_named(shape)}") from None
     matches = array.ndim == len(shape) and all(
@@ -32,7 +32,7 @@ def _named(shape: tuple[int | None, ...]) -> str:
     return "(" + ", ".join("N" if size is None else str(size) for size in shape) + ")"
 
 
-def _poses(positions: object, frames: object) -> tuple[np.ndarray, np.ndarray]:
+def _poses(positions: Any, frames: Any) -> tuple[np.ndarray, np.ndarray]:
     r = _array("positions", positions, (None, 3))
     e = _array("frames", frames, (len(r), 3, 3))
     gram = np.einsum("nak,nbk->nab", e, e)
@@ -43,7 +43,7 @@ def _poses(positions: object, frames: object) -> tuple[np.ndarray, np.ndarray]:
     return r, e
 
 
-def _number(name: str, value: object, least: float, *, strict: bool) -> float:
+def _number(name: str, value: Any, least: float, *, strict: bool) -> float:
     ok = isinstance(value, int | float | np.number) and not isinstance(value, bool)
     if not ok or not math.isfinite(value) or value < least or (strict and value == least):
         bound = "more than" if strict else "at least"
@@ -51,12 +51,12 @@ def _number(name: str, value: object, least: float, *, strict: bool) -> float:
     return float(value)
 
 
-def _choice(name: str, value: object, allowed: tuple[object, ...]) -> None:
+def _choice(name: str, value: Any, allowed: tuple[Any, ...]) -> None:
     if value not in allowed:
         raise SceneError(name, value, f"must be one of {', '.join(map(repr, allowed))}")
 
 
-def _reach(neighbours: object, count: int) -> int:
+def _reach(neighbours: Any, count: int) -> int:
     if neighbours == "all":
         return max(count - 1, 1)
     whole = isinstance(neighbours, int | np.integer) and not isinstance(neighbours, bool)

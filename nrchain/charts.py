@@ -334,7 +334,7 @@ class ChartedChain:
         out[:], _ = lapack.dgbtrs(factors, self._half, self._half, vector, pivots)
 
     def jacobian(self) -> np.ndarray:
-        """The dense Jacobian of the last ``linearise``, column by column: for tests and lattices."""
+        """The dense Jacobian of the last ``linearise``, column by column: for tests."""
         columns = np.empty((self.dimension, self.dimension))
         for unit, column in zip(np.eye(self.dimension), columns, strict=True):
             self.product(unit, column)

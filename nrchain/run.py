@@ -347,7 +347,8 @@ class Description:
 
 def describe(scene: Scene) -> Description:
     """The effects a scene names, and those it does without."""
-    simulated, left_out = [], []
+    simulated: list[tuple[str, str]] = []
+    left_out: list[tuple[str, str]] = []
     for name, modulus in zip(scene.moduli._fields, scene.moduli, strict=True):
         (simulated if modulus else left_out).append(
             (name, f"modulus {modulus:.4g}" if modulus else "modulus 0")

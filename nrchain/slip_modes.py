@@ -71,13 +71,17 @@ class SlipMode:
                 )
         object.__setattr__(self, "velocity", _clean(table))
 
+    @property
+    def _table(self) -> PairTable:
+        return {key: tuple(Fraction(p) for p in row) for key, row in self.velocity.items()}
+
     def flow(self, finite_size: bool = False) -> PairTable:
         """u/V as a table; with ``finite_size``, (1 + a²∇²/6)(1 + a²∇²/(4l + 2)) u/V.
 
         The first factor is Faxén's for the sphere that feels the flow, the second that of the
         sphere whose slip sets it up (Table active_force_torque of the paper).
         """
-        table = dict(self.velocity)
+        table = self._table
         if finite_size:
             for denominator in (6, 4 * self.order + 2):
                 table = _add(table, _scale(laplacian(table), Fraction(1, denominator)))
@@ -173,6 +177,11 @@ def register(mode: SlipMode) -> SlipMode:
         )
     _MODES[mode.label] = mode
     return mode
+
+
+def unregister(label: str) -> None:
+    """Forget a mode that was registered; scenes that name it are refused from then on."""
+    del _MODES[find(label).label]
 
 
 def modes() -> tuple[SlipMode, ...]:

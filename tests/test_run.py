@@ -156,7 +156,7 @@ def test_bad_starts_are_refused(poses, message):
 def test_overlapping_start_of_a_scene_is_refused():
     # a sine in the y direction brings no spheres together, random offsets of 1 a at 2.001 a do
     crowded = nrchain.load_scene("buckling", chain={"spacing": 2.001})
-    with pytest.raises(SceneError, match="spheres .* overlap"):
+    with pytest.raises(SceneError, match=r"spheres .* overlap"):
         nrchain.simulate(crowded, positions=1.999 / 2.001 * run.starting_poses(crowded)[0])
 
 

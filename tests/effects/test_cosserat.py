@@ -77,7 +77,7 @@ def test_straight_chain_is_at_rest(ends):
 
 
 def printed_energy(positions, frames):
-    """Appendix B written out link by link in plain NumPy, boundary terms with the ½ and a = 2, 3."""
+    """Appendix B link by link in plain NumPy, boundary terms with the ½ and a = 2, 3."""
     total, count = 0.0, len(positions)
     e = [frames[:, a] for a in range(3)]
     for i in range(count - 1):
