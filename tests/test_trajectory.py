@@ -172,7 +172,7 @@ def make_foreign(path):
     [
         (lambda path: path.unlink(), "trajectory.h5: there is no such trajectory"),
         (lambda path: path.write_text("time 0 1 2"), "not an HDF5 file"),
-        (lambda path: path.write_bytes(b""), "not an HDF5 file"),
+        (lambda path: path.write_bytes(b""), "it is empty"),
         (truncate, "cut short"),
         (make_foreign, "not one written by nrchain"),
         (delete_frames, "damaged"),
@@ -182,9 +182,10 @@ def make_foreign(path):
 def test_what_is_no_trajectory_is_refused_with_the_cause(path, spoil, message):
     TrajectoryWriter(path, make_scene(), TIMES).close()
     spoil(path)
-    with pytest.raises(TrajectoryError, match=message) as caught:
-        Trajectory.open(path.parent)
-    assert str(path.parent) in str(caught.value)
+    for use in (Trajectory.open, TrajectoryWriter.reopen):
+        with pytest.raises(TrajectoryError, match=message) as caught:
+            use(path.parent)
+        assert str(path.parent) in str(caught.value)
 
 
 def test_a_missing_path_is_refused(tmp_path):

@@ -1,0 +1,246 @@
+"""Each command does what it says, and what a user can cause ends in one line and an exit code."""
+
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import nrchain.run
+from nrchain import __version__
+from nrchain.cli import INTERRUPTED, PICTURE, REFUSED, STOPPED, app
+from nrchain.errors import BackendError
+from nrchain.h5md import FILE_NAME
+from nrchain.run import Progress
+from nrchain.scene import load_scene, scene_names
+from nrchain.trajectory import Trajectory, TrajectoryWriter
+
+HEAVY = ("numpy", "scipy", "numba", "matplotlib", "h5py", "pystokes", "sksundae")
+
+
+def call(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def assert_refused(result, *parts, code=REFUSED):
+    """The code, and one line on stderr that has the parts and is no traceback."""
+    assert result.exit_code == code
+    assert len(result.stderr.splitlines()) == 1
+    assert result.stderr.startswith("nrchain: ")
+    for part in parts:
+        assert str(part) in result.stderr
+
+
+class Stub:
+    """A run that writes straight chains, up to the snapshot at which it ends as it is told to."""
+
+    def __init__(self):
+        self.scene = None
+        self.error = None
+        self.reason = ""
+        self.reached = None
+
+    def simulate(self, scene, *, output, overwrite=False, progress=None):
+        self.scene = scene
+        times = np.linspace(0.0, scene.run.end, scene.run.snapshots)
+        with TrajectoryWriter(output, scene, times, overwrite=overwrite) as writer:
+            self.fill(writer, range(self.reached or len(times)), progress)
+        return Trajectory.open(output)
+
+    def resume(self, path, *, progress=None):
+        with TrajectoryWriter.reopen(path) as writer:
+            self.scene = writer.scene
+            begin = len(Trajectory.open(path).time)
+            self.fill(writer, range(begin, len(writer.times)), progress)
+        return Trajectory.open(path)
+
+    def fill(self, writer, indices, progress):
+        particles, count = writer.scene.chain.particles, len(writer.times)
+        positions = np.zeros((particles, 3))
+        positions[:, 0] = 10.0 * np.arange(particles)
+        frames = np.broadcast_to(np.eye(3), (particles, 3, 3))
+        for index in indices:
+            time = float(writer.times[index])
+            writer.write(index, time, positions, frames, index)
+            counters = {"steps": 7 * index, "wall_time": 0.5}
+            writer.update_counters(counters)
+            progress(Progress(time, float(writer.times[-1]), index + 1, count, counters, 0.5))
+        if self.error:
+            raise self.error
+        writer.close("stopped" if self.reason else "completed", self.reason)
+
+
+@pytest.fixture
+def stub(monkeypatch):
+    stub = Stub()
+    monkeypatch.setattr(nrchain.run, "simulate", stub.simulate)
+    monkeypatch.setattr(nrchain.run, "resume", stub.resume)
+    return stub
+
+
+def test_run_simulates_writes_and_draws(tmp_path):
+    """The real thing, on a small scene."""
+    result = call(
+        *("run", "buckling", "-o", tmp_path / "new" / "place"),
+        *("--set", "chain.particles=4", "--set", "run.end=1.0", "--set", "run.snapshots=3"),
+    )
+    assert result.exit_code == 0, result.stderr
+    trajectory = Trajectory.open(tmp_path / "new" / "place")
+    assert trajectory.positions.shape == (3, 4, 3)
+    assert trajectory.status == "completed"
+    steps = trajectory.counters["steps"]
+    for part in ("Jacobians", f" {steps} ", "simulated", "slip 2s", "left out", FILE_NAME, PICTURE):
+        assert part in result.stdout
+    assert {file.name for file in trajectory.path.parent.iterdir()} == {FILE_NAME, PICTURE}
+
+
+def test_changes_reach_the_scene(tmp_path, stub):
+    arguments = ["--set", "slip.2s=50", "--set", "chain.ends=free", "--set", "slip.3a=[1, 2, 3]"]
+    result = call("run", "buckling", "-o", tmp_path, "--set", "chain.particles=3", *arguments)
+    assert result.exit_code == 0, result.stderr
+    changes = {"slip.2s": 50, "chain.ends": "free", "slip.3a": [1, 2, 3], "chain.particles": 3}
+    assert stub.scene == load_scene("buckling", **changes)
+    assert Trajectory.open(tmp_path).scene == stub.scene
+
+
+def test_the_directory_is_named_after_the_scene(tmp_path, stub, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").write_text(load_scene("wave").to_toml())
+    assert call("run", "passive").exit_code == 0
+    assert call("run", "mine.toml").exit_code == 0
+    for name in ("passive", "mine"):
+        assert {file.name for file in (tmp_path / "runs" / name).iterdir()} == {FILE_NAME, PICTURE}
+    assert stub.scene == load_scene("wave")
+
+
+def test_an_older_result_is_replaced_only_when_told(tmp_path, stub):
+    assert call("run", "passive", "-o", tmp_path).exit_code == 0
+    before = (tmp_path / FILE_NAME).read_bytes()
+    assert_refused(call("run", "passive", "-o", tmp_path), tmp_path / FILE_NAME, "--overwrite")
+    assert (tmp_path / FILE_NAME).read_bytes() == before
+    assert call("run", "stable", "-o", tmp_path, "--overwrite").exit_code == 0
+    assert Trajectory.open(tmp_path).scene == load_scene("stable")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "parts"),
+    [
+        (["bucklin"], ["bucklin", "did you mean 'buckling'"]),
+        (["buckling", "--set", "chain.spacing=1"], ["chain.spacing = 1.0", "overlap"]),
+        (["buckling", "--set", "slip.9z=1"], ["slip.9z"]),
+        (["buckling", "--set", "chain"], ["chain", "key=value"]),
+    ],
+)
+def test_a_scene_that_is_refused_leaves_nothing(tmp_path, stub, arguments, parts):
+    assert_refused(call("run", *arguments, "-o", tmp_path / "out"), *parts)
+    assert stub.scene is None
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("error", "part"),
+    [
+        (BackendError("PyStokes 9.9 is unknown"), "PyStokes 9.9 is unknown"),
+        (PermissionError(13, "Permission denied", "some/file"), "some/file: Permission denied"),
+    ],
+)
+def test_other_failures_are_one_line_too(tmp_path, stub, error, part):
+    stub.error = error
+    assert_refused(call("run", "passive", "-o", tmp_path), part)
+
+
+def test_a_bug_keeps_its_traceback(tmp_path, stub):
+    stub.error = ZeroDivisionError("ours")
+    assert isinstance(call("run", "passive", "-o", tmp_path).exception, ZeroDivisionError)
+
+
+def test_a_run_that_stops_early_says_what_is_kept(tmp_path, stub):
+    stub.reason, stub.reached = "at t = 41: spheres 2 and 3 touch", 11
+    result = call("run", "passive", "-o", tmp_path)
+    scene = load_scene("passive")
+    parts = (stub.reason, f"11 of {scene.run.snapshots} snapshots", f"of {scene.run.end:g}")
+    assert_refused(result, *parts, code=STOPPED)
+    assert "simulated" in result.stdout
+    assert (tmp_path / PICTURE).exists()
+
+
+def test_an_interrupted_run_says_how_to_go_on_and_does(tmp_path, stub):
+    stub.error, stub.reached = KeyboardInterrupt(), 5
+    result = call("run", "passive", "-o", tmp_path)
+    assert result.exit_code == INTERRUPTED
+    assert f"nrchain resume {tmp_path}" in result.stderr
+    assert "interrupted" in result.stderr
+    kept = Trajectory.open(tmp_path)
+    assert (len(kept.time), kept.reason) == (5, "interrupted")
+
+    stub.error = None
+    result = call("resume", tmp_path)
+    assert result.exit_code == 0, result.stderr
+    whole = Trajectory.open(tmp_path)
+    assert (len(whole.time), whole.status) == (whole.scene.run.snapshots, "completed")
+    assert (tmp_path / PICTURE).exists()
+
+
+@pytest.mark.parametrize("command", ["resume", "plot"])
+def test_a_missing_run_is_refused(tmp_path, command):
+    assert_refused(call(command, tmp_path), tmp_path, "no such trajectory")
+
+
+def test_scenes_lists_every_scene():
+    result = call("scenes")
+    assert result.exit_code == 0
+    rows = result.stdout.splitlines()
+    for name in scene_names():
+        row = next(row for row in rows if row.strip().startswith(f"{name} "))
+        scene = load_scene(name)
+        assert scene.chain.ends in row
+        assert str(scene.chain.particles) in row
+        assert scene.title.split()[0] in row
+
+
+def test_plot_draws_where_and_as_it_is_told(tmp_path, stub):
+    assert call("run", "passive", "-o", tmp_path).exit_code == 0
+    (tmp_path / PICTURE).unlink()
+    result = call("plot", tmp_path, "--times", "2")
+    assert result.exit_code == 0, result.stderr
+    assert result.stdout.strip() == str(tmp_path / PICTURE)
+    result = call("plot", tmp_path / FILE_NAME, "--view", "3d", "-o", tmp_path / "space.svg")
+    assert result.exit_code == 0, result.stderr
+    assert (tmp_path / "space.svg").read_text().startswith("<?xml")
+    assert_refused(call("plot", tmp_path, "-o", tmp_path / "a.doc"), ".png, .pdf, .svg")
+    assert_refused(call("plot", tmp_path, "-o", tmp_path / "no" / "a.png"), "No such file")
+    assert call("plot", tmp_path, "--view", "top").exit_code == REFUSED
+    with h5py.File(tmp_path / FILE_NAME, "r+") as file:
+        file["particles/chain/position/time"][:] = np.nan
+    assert_refused(call("plot", tmp_path), "no finished snapshot")
+
+
+def test_brackets_in_a_title_are_no_markup(tmp_path, stub, monkeypatch):
+    description = nrchain.run.Description([("[red]effect", ":smile: [/x]")], [])
+    monkeypatch.setattr(nrchain.run, "describe", lambda scene: description)
+    result = call("run", "passive", "-o", tmp_path)
+    assert "[red]effect" in result.stdout
+    assert ":smile: [/x]" in result.stdout
+
+
+def test_version():
+    assert call("--version").stdout.strip() == f"nrchain {__version__}"
+
+
+def test_help_loads_nothing_heavy():
+    program = f"""
+import sys
+from nrchain.cli import main
+sys.argv = ["nrchain", "--help"]
+try:
+    main()
+finally:
+    loaded = [name for name in {HEAVY} if name in sys.modules]
+    assert not loaded, loaded
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    for command in ("run", "resume", "scenes", "plot"):
+        assert command in done.stdout
