@@ -185,6 +185,9 @@ def open_file(path: Path, mode: str) -> Any:
     if not path.exists():
         raise TrajectoryError(f"{path}: there is no such trajectory")
     with refusing(path, "cannot be opened"):
+        # HDF5 turns an empty file that it may write to into one of its own.
+        if path.stat().st_size == 0:
+            raise TrajectoryError(f"{path}: it is empty")
         try:
             file = h5py.File(path, mode, locking="best-effort")
         except BlockingIOError as error:

@@ -8,7 +8,8 @@ on from.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -88,19 +89,14 @@ class Trajectory:
         :class:`~nrchain.errors.TrajectoryError` for a file that is missing, damaged or not ours.
         """
         path = h5md.locate(path)
-        with h5md.open_file(path, "r") as file:
-            try:
-                return cls(path=path, **_contents(file))
-            except SceneError as error:
-                raise TrajectoryError(f"{path}: its scene cannot be read: {error}") from error
-            except (OSError, KeyError, ValueError, IndexError, RuntimeError) as error:
-                raise TrajectoryError(f"{path}: damaged: {error}") from error
+        with h5md.open_file(path, "r") as file, _understanding(path):
+            return cls(path=path, **_contents(file))
 
     def latest_checkpoint(self) -> Checkpoint | None:
         """Where the run can be taken up again; None if it is not on disk or has no checkpoint."""
         if self.path is None:
             return None
-        with h5md.open_file(self.path, "r") as file:
+        with h5md.open_file(self.path, "r") as file, _understanding(self.path):
             return _latest_checkpoint(file)
 
     def __repr__(self) -> str:
@@ -147,11 +143,23 @@ class TrajectoryWriter:
         self.path = path
         self._file = h5md.open_file(path, "r+")
         try:
-            self.scene = _scene(self._file)
-        except SceneError as error:
+            with _understanding(path):
+                self._find_arrays()
+        except TrajectoryError:
             self._file.close()
-            raise TrajectoryError(f"{path}: its scene cannot be read: {error}") from error
+            raise
+
+    def _find_arrays(self) -> None:
+        """Look up what every snapshot needs: on a small chain that costs as much as writing it."""
+        self.scene = _scene(self._file)
         self.times: np.ndarray = self._file[h5md.PLANNED][()]
+        self._positions = self._file[f"{h5md.POSITION}/value"]
+        self._frames = self._file[f"{h5md.FRAME}/value"]
+        self._steps = self._file[f"{h5md.POSITION}/step"]
+        self._times = self._file[f"{h5md.POSITION}/time"]
+        self._finished = np.isfinite(self._times[()])
+        self._counts = self._file[h5md.COUNTS]
+        self._counters: dict[str, float] = _counters(self._counts[()])
 
     def write(
         self, index: int, time: float, positions: np.ndarray, frames: np.ndarray, step: int
@@ -161,14 +169,14 @@ class TrajectoryWriter:
         _require(time, (), "time")
         _require(positions, (particles, 3), "positions")
         _require(frames, (particles, 3, 3), "frames")
-        times = self._file[f"{h5md.POSITION}/time"]
         with h5md.refusing(self.path, "cannot be written"):
-            if np.isfinite(times[index]):
-                self._commit(times, index, np.nan)
-            self._file[f"{h5md.POSITION}/value"][index] = positions
-            self._file[f"{h5md.FRAME}/value"][index] = frames
-            self._file[f"{h5md.POSITION}/step"][index] = step
-            self._commit(times, index, time)
+            if self._finished[index]:
+                self._commit(self._times, index, np.nan)
+            self._positions[index] = positions
+            self._frames[index] = frames
+            self._steps[index] = step
+            self._commit(self._times, index, time)
+        self._finished[index] = True
 
     def checkpoint(self, checkpoint: Checkpoint) -> None:
         """Record where the run stands, over the older of the two checkpoints."""
@@ -187,12 +195,11 @@ class TrajectoryWriter:
         return _latest_checkpoint(self._file)
 
     def update_counters(self, counters: Mapping[str, float]) -> None:
-        """Set the counts that are named, by the names in :data:`COUNTERS`."""
+        """Set the counts named, of :data:`COUNTERS`; they reach the disk with the next mark."""
+        merged = {**self._counters, **counters}
         with h5md.refusing(self.path, "cannot be written"):
-            self._file[h5md.COUNTS][:] = _counts(
-                {**_counters(self._file[h5md.COUNTS][()]), **counters}
-            )
-            self._file.flush()
+            self._counts[:] = _counts(merged)
+        self._counters = merged
 
     def close(self, status: str | None = None, reason: str = "") -> None:
         """Close the file; ``status`` and ``reason`` say how the run ended, if it has."""
@@ -227,6 +234,17 @@ class TrajectoryWriter:
         self._file.flush()
         marks[place] = value
         self._file.flush()
+
+
+@contextmanager
+def _understanding(path: Path) -> Iterator[None]:
+    """Say of a file that opens but does not hold what it should that it is damaged, and how."""
+    try:
+        yield
+    except SceneError as error:
+        raise TrajectoryError(f"{path}: its scene cannot be read: {error}") from error
+    except (OSError, LookupError, ValueError, RuntimeError) as error:
+        raise TrajectoryError(f"{path}: damaged: {error}") from error
 
 
 def _contents(file: Any) -> dict[str, Any]:
