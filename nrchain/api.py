@@ -179,11 +179,12 @@ def _through_pystokes(
     return np.concatenate([velocities, spins], axis=1)
 
 
-def _elastic_arguments(positions, frames, spacing, stretch, shear, twist, bend, ends):
+def _elastic_arguments(positions, frames, spacing, stretch, shear, twist, bend, ends, measure):
     r, e = _poses(positions, frames)
     if len(r) < 2:
         raise SceneError("positions", r.shape, "a chain has at least two spheres")
     _choice("ends", ends, ("free", "clamped", "periodic"))
+    _choice("measure", measure, ("paper", "isotropic"))
     d = _number("spacing", spacing, 0.0, strict=True)
     named = {"stretch": stretch, "shear": shear, "twist": twist, "bend": bend}
     moduli = [_number(name, value, 0.0, strict=False) for name, value in named.items()]
@@ -200,6 +201,7 @@ def elastic_wrenches(
     twist: float,
     bend: float,
     ends: Literal["free", "clamped", "periodic"] = "free",
+    measure: Literal["paper", "isotropic"] = "paper",
 ) -> tuple[np.ndarray, np.ndarray]:
     """F_i = −∂V/∂r_i and T_i = −Σ_a e_a × ∂V/∂e_a of the elastic chain (paper, Appendix B).
 
@@ -214,6 +216,9 @@ def elastic_wrenches(
     ends
         ``"periodic"`` closes the chain along x with period N d; ``"free"`` and ``"clamped"``
         chains have the same forces (a clamp holds poses, it does not change the energy).
+    measure
+        Of twist and bend: the paper's, or the transversely isotropic one with the same linear
+        response (see :mod:`nrchain.effects.cosserat`).
 
     Returns
     -------
@@ -223,9 +228,11 @@ def elastic_wrenches(
     """
     from nrchain.effects import cosserat
 
-    arguments = _elastic_arguments(positions, frames, spacing, stretch, shear, twist, bend, ends)
+    arguments = _elastic_arguments(
+        positions, frames, spacing, stretch, shear, twist, bend, ends, measure
+    )
     wrenches = np.zeros((len(arguments[0]), 6))
-    cosserat.add_wrenches(*arguments, wrenches)
+    cosserat.add_wrenches(*arguments, wrenches, measure == "isotropic")
     return wrenches[:, :3].copy(), wrenches[:, 3:].copy()
 
 
@@ -239,6 +246,7 @@ def elastic_energy(
     twist: float,
     bend: float,
     ends: Literal["free", "clamped", "periodic"] = "free",
+    measure: Literal["paper", "isotropic"] = "paper",
 ) -> float:
     """V = Σ_links (stretch + shear + twist + bend) of the elastic chain (paper, Appendix B).
 
@@ -246,5 +254,7 @@ def elastic_energy(
     """
     from nrchain.effects import cosserat
 
-    arguments = _elastic_arguments(positions, frames, spacing, stretch, shear, twist, bend, ends)
-    return float(cosserat.energy(*arguments))
+    arguments = _elastic_arguments(
+        positions, frames, spacing, stretch, shear, twist, bend, ends, measure
+    )
+    return float(cosserat.energy(*arguments, measure == "isotropic"))

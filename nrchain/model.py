@@ -62,6 +62,7 @@ class Model:
         if chain.ends == "clamped":
             self.held[[0, -1]] = True
         self.moduli = scene.moduli
+        self._isotropic = scene.elasticity.measure == "isotropic"
         self.translational, self.rotational = scene.friction
         self._spacing = chain.spacing
         self.slip = SlipFlow(
@@ -91,7 +92,13 @@ class Model:
         twists[:] = 0.0
         if self.elastic:
             cosserat.add_wrenches(
-                positions, frames, self._spacing, self.period, *self.moduli, twists
+                positions,
+                frames,
+                self._spacing,
+                self.period,
+                *self.moduli,
+                twists,
+                self._isotropic,
             )
             _divide(twists, self.translational, self.rotational)
         self.add_slip_twists(positions, frames, twists)
@@ -132,7 +139,13 @@ class Model:
         """
         if self.elastic:
             cosserat.add_jacobian(
-                positions, frames, self._spacing, self.period, *self.moduli, blocks
+                positions,
+                frames,
+                self._spacing,
+                self.period,
+                *self.moduli,
+                blocks,
+                self._isotropic,
             )
             _divide_blocks(blocks, self.translational, self.rotational)
         if self.slip:

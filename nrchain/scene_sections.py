@@ -27,6 +27,7 @@ from nrchain.scene_rules import (
 )
 
 Ends = Literal["free", "clamped", "periodic"]
+Measure = Literal["paper", "isotropic"]
 Backend = Literal["native", "pystokes"]
 Shape = Literal["straight", "sine", "helix-left", "helix-right", "random"]
 
@@ -99,7 +100,9 @@ class ElasticitySpec(Section):
     """Either R of λ∥ = λ⊥ = R μ⊥ γ_R / (γ_T d⁴ (N−1)⁴), or λ∥ (stretch) and λ⊥ (shear).
 
     R is 1e7 when neither is given. μ⊥ (bend) is γ_T d² and μ∥ (twist) is μ⊥ unless given. A
-    modulus of 0 takes its term out of the potential. Source: paper, Appendix D.
+    modulus of 0 takes its term out of the potential. Source: paper, Appendix D. ``measure`` says how
+    twist and bend are measured: as the paper prints them, or by their transversely isotropic forms
+    (see :mod:`nrchain.effects.cosserat`), which spare a chain that spins the wobble of the former.
     """
 
     path: ClassVar[str] = "elasticity"
@@ -108,6 +111,7 @@ class ElasticitySpec(Section):
     shear: Annotated[float | None, optional(number(least=0))] = None
     twist: Annotated[float | None, optional(number(least=0))] = None
     bend: Annotated[float | None, optional(number(least=0))] = None
+    measure: Annotated[Measure, choice(Measure)] = "paper"
 
     def check(self) -> None:
         given = [name for name in ("stretch", "shear") if getattr(self, name) is not None]

@@ -67,6 +67,7 @@ REFUSALS = [
     ({"chain.ends": "clampd"}, "chain.ends", "did you mean 'clamped'"),
     ({"slip.finite_size": 1}, "slip.finite_size", "true or false"),
     ({"slip.backend": "numpy"}, "slip.backend", "one of native, pystokes"),
+    ({"elasticity.measure": "isotropc"}, "elasticity.measure", "did you mean 'isotropic'"),
     ({"slip.2s": "strong"}, "slip.2s", "a finite number"),
     ({"slip.2s": [1.0, 2.0, "x", 3.0]}, "slip.2s[2]", "a finite number"),
     ({"slip.2s": [[1.0], 2.0, 3.0, 4.0]}, "slip.2s[0]", "a finite number"),

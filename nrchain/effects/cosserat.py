@@ -11,6 +11,14 @@ relaxation of long bends exact to fourth order in qd; the first and the last lin
 take two (½, ½ and −1, 1 over d). The paper's boundary terms print no ½ and a sum over a = 1, 2:
 both are misprints for the forms above.
 
+The printed twist and bend are transversely isotropic to linear order only: on a chain that spins
+they leave a torque about e₁ that wobbles, of order μβ², β the bend of a link. The ``isotropic``
+measure has the same linear response without it,
+
+    twist (μ∥/2)[(e₂·e₃′ − e₃·e₂′)/2]²      bend  μ⊥(1 − e₁·e₁′),
+
+since e₂·e₃′ − e₃·e₂′ does not change when both frames turn about their e₁ by one angle.
+
 Force F = −∂V/∂r and torque T = −Σ_a e_a × ∂V/∂e_a, both in the lab frame, so that a displacement
 u and a small rotation φ of a sphere change V by −F·u − T·φ.
 """
@@ -61,22 +69,101 @@ def _link_strain(positions, frames, link, spacing, period, wide, spheres, midfra
 
 
 @kernel
-def _turn(first, second):
-    """e_a · e_b′, and e_a × e_b′: the change of the product with the rotation of the first."""
-    sine = first[0] * second[0] + first[1] * second[1] + first[2] * second[2]
-    x = first[1] * second[2] - first[2] * second[1]
-    y = first[2] * second[0] - first[0] * second[2]
-    z = first[0] * second[1] - first[1] * second[0]
-    return sine, x, y, z
+def _add_cross(first, second, factor, out):
+    """out += factor (a × b)."""
+    out[0] += factor * (first[1] * second[2] - first[2] * second[1])
+    out[1] += factor * (first[2] * second[0] - first[0] * second[2])
+    out[2] += factor * (first[0] * second[1] - first[1] * second[0])
 
 
 @kernel
-def add_wrenches(positions, frames, spacing, period, stretch, shear, twist, bend, wrenches):
+def _dot(first, second):
+    return first[0] * second[0] + first[1] * second[1] + first[2] * second[2]
+
+
+@kernel
+def _turning_energy(e, f, twist, bend, isotropic):
+    """Twist and bend energy of a link between frames e and f."""
+    if isotropic:
+        sine = 0.5 * (_dot(e[1], f[2]) - _dot(e[2], f[1]))
+        return 0.5 * twist * sine**2 + bend * (1.0 - _dot(e[0], f[0]))
+    bends = _dot(e[0], f[1]) ** 2 + _dot(e[2], f[0]) ** 2
+    return 0.5 * twist * _dot(e[1], f[2]) ** 2 + 0.5 * bend * bends
+
+
+@kernel
+def _turning_moment(e, f, twist, bend, isotropic, moment):
+    """The torque of a link on its first sphere; the second feels the opposite.
+
+    A product e_a·f_b changes by (e_a × f_b)·(φ − φ′), so that both only see the difference.
+    """
+    moment[:] = 0.0
+    if isotropic:
+        sine = 0.5 * (_dot(e[1], f[2]) - _dot(e[2], f[1]))
+        _add_cross(e[1], f[2], -0.5 * twist * sine, moment)
+        _add_cross(e[2], f[1], 0.5 * twist * sine, moment)
+        _add_cross(e[0], f[0], bend, moment)
+        return
+    for pair in range(3):
+        a, b = _TURN_PAIRS[pair]
+        modulus = twist if pair == 0 else bend
+        _add_cross(e[a], f[b], -modulus * _dot(e[a], f[b]), moment)
+
+
+@kernel
+def _add_turned_cross(e, f, factor, own, other):
+    """Derivative of factor (e × f): own += factor (e fᵀ − e·f), other −= factor (f eᵀ − e·f)."""
+    dot = _dot(e, f)
+    for p in range(3):
+        for q in range(3):
+            own[p, q] += factor * e[p] * f[q]
+            other[p, q] -= factor * f[p] * e[q]
+        own[p, p] -= factor * dot
+        other[p, p] += factor * dot
+
+
+@kernel
+def _turning_blocks(e, f, twist, bend, isotropic, own, other):
+    """∂ moment / ∂φ and ∂ moment / ∂φ′ of :func:`_turning_moment`, (3, 3) each."""
+    own[:] = 0.0
+    other[:] = 0.0
+    axis = np.zeros(3)
+    if isotropic:
+        sine = 0.5 * (_dot(e[1], f[2]) - _dot(e[2], f[1]))
+        _add_turned_cross(e[1], f[2], -0.5 * twist * sine, own, other)
+        _add_turned_cross(e[2], f[1], 0.5 * twist * sine, own, other)
+        _add_turned_cross(e[0], f[0], bend, own, other)
+        _add_cross(e[1], f[2], 0.5, axis)
+        _add_cross(e[2], f[1], -0.5, axis)
+        _add_outer(axis, twist, own, other)
+        return
+    for pair in range(3):
+        a, b = _TURN_PAIRS[pair]
+        modulus = twist if pair == 0 else bend
+        _add_turned_cross(e[a], f[b], -modulus * _dot(e[a], f[b]), own, other)
+        axis[:] = 0.0
+        _add_cross(e[a], f[b], 1.0, axis)
+        _add_outer(axis, modulus, own, other)
+
+
+@kernel
+def _add_outer(axis, factor, own, other):
+    """own −= factor v vᵀ and other += factor v vᵀ."""
+    for p in range(3):
+        for q in range(3):
+            own[p, q] -= factor * axis[p] * axis[q]
+            other[p, q] += factor * axis[p] * axis[q]
+
+
+@kernel
+def add_wrenches(
+    positions, frames, spacing, period, stretch, shear, twist, bend, wrenches, isotropic=False
+):
     """wrenches (N, 6) += (F, T) of the elastic energy; ``period`` > 0 closes the chain along x."""
     count = positions.shape[0]
     periodic = period > 0.0
     spheres = np.empty(4, np.int64)
-    midframe, tangent = np.empty((3, 3)), np.empty(3)
+    midframe, tangent, moment = np.empty((3, 3)), np.empty(3), np.empty(3)
     for link in range(count if periodic else count - 1):
         wide = _four_body(link, count, periodic)
         _link_strain(positions, frames, link, spacing, period, wide, spheres, midframe, tangent)
@@ -99,20 +186,14 @@ def add_wrenches(positions, frames, spacing, period, stretch, shear, twist, bend
                     wrenches[i, k] -= pull * e[k]
                     wrenches[i, 3 + k] -= turn * (f[k1] * tangent[k2] - f[k2] * tangent[k1])
         i, j = link, (link + 1) % count
-        for pair in range(3):
-            modulus = twist if pair == 0 else bend
-            if modulus == 0.0:
-                continue
-            a, b = _TURN_PAIRS[pair]
-            sine, x, y, z = _turn(frames[i, a], frames[j, b])
-            moment = modulus * sine
-            for k, axis in enumerate((x, y, z)):
-                wrenches[i, 3 + k] -= moment * axis
-                wrenches[j, 3 + k] += moment * axis
+        _turning_moment(frames[i], frames[j], twist, bend, isotropic, moment)
+        for k in range(3):
+            wrenches[i, 3 + k] += moment[k]
+            wrenches[j, 3 + k] -= moment[k]
 
 
 @kernel
-def energy(positions, frames, spacing, period, stretch, shear, twist, bend):
+def energy(positions, frames, spacing, period, stretch, shear, twist, bend, isotropic=False):
     """The energy V of the chain, summed over links."""
     count = positions.shape[0]
     periodic = period > 0.0
@@ -127,10 +208,8 @@ def energy(positions, frames, spacing, period, stretch, shear, twist, bend):
             strain = e[0] * tangent[0] + e[1] * tangent[1] + e[2] * tangent[2]
             modulus = (stretch if a == 0 else shear) * spacing * spacing
             total += 0.5 * modulus * (strain - 1.0 if a == 0 else strain) ** 2
-        for pair in range(3):
-            a, b = _TURN_PAIRS[pair]
-            sine = _turn(frames[link, a], frames[(link + 1) % count, b])[0]
-            total += 0.5 * (twist if pair == 0 else bend) * sine**2
+        f = frames[(link + 1) % count]
+        total += _turning_energy(frames[link], f, twist, bend, isotropic)
     return total
 
 
@@ -189,7 +268,9 @@ def _add_strain_block(blocks, centre, frames, a, spheres, wide, spacing, e, tang
 
 
 @kernel
-def add_jacobian(positions, frames, spacing, period, stretch, shear, twist, bend, blocks):
+def add_jacobian(
+    positions, frames, spacing, period, stretch, shear, twist, bend, blocks, isotropic=False
+):
     """blocks[i, w + m] += ∂(F, T)_i / ∂(u, φ)_{i+m}, for −3 ≤ m ≤ 3 and 2w + 1 = blocks.shape[1].
 
     u displaces and φ turns a sphere by a small rotation in the lab: e_a → e_a + φ × e_a.
@@ -200,6 +281,7 @@ def add_jacobian(positions, frames, spacing, period, stretch, shear, twist, bend
     spheres = np.empty(4, np.int64)
     midframe, tangent = np.empty((3, 3)), np.empty(3)
     gradient = np.empty((4, 6))
+    own, other = np.empty((3, 3)), np.empty((3, 3))
     for link in range(count if periodic else count - 1):
         wide = _four_body(link, count, periodic)
         _link_strain(positions, frames, link, spacing, period, wide, spheres, midframe, tangent)
@@ -224,22 +306,10 @@ def add_jacobian(positions, frames, spacing, period, stretch, shear, twist, bend
                 blocks, centre, frames, a, spheres, wide, spacing, e, tangent, tension
             )
         i, j = link, (link + 1) % count
-        spheres[0] = spheres[3] = -1
-        spheres[1], spheres[2] = i, j
-        for pair in range(3):
-            modulus = twist if pair == 0 else bend
-            if modulus == 0.0:
-                continue
-            a, b = _TURN_PAIRS[pair]
-            e, f = frames[i, a], frames[j, b]
-            sine, x, y, z = _turn(e, f)
-            gradient[:] = 0.0
-            for k, axis in enumerate((x, y, z)):
-                gradient[1, 3 + k], gradient[2, 3 + k] = axis, -axis
-            _add_rank_one(blocks, centre, spheres, gradient, modulus)
-            # δ(e × f) = (e fᵀ − e·f) φ − (f eᵀ − e·f) φ′ turns the torques ∓ μ sine e × f
-            moment = modulus * sine
-            _add_dyadic(blocks[i, centre], -moment, e, f)
-            _add_dyadic(blocks[i, centre + 1], moment, f, e)
-            _add_dyadic(blocks[j, centre - 1], moment, e, f)
-            _add_dyadic(blocks[j, centre], -moment, f, e)
+        _turning_blocks(frames[i], frames[j], twist, bend, isotropic, own, other)
+        for p in range(3):
+            for q in range(3):
+                blocks[i, centre, 3 + p, 3 + q] += own[p, q]
+                blocks[i, centre + 1, 3 + p, 3 + q] += other[p, q]
+                blocks[j, centre - 1, 3 + p, 3 + q] -= own[p, q]
+                blocks[j, centre, 3 + p, 3 + q] -= other[p, q]
