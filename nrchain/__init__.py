@@ -15,6 +15,15 @@ if TYPE_CHECKING:
         SceneError,
         TrajectoryError,
     )
+    from nrchain.lattice import (
+        Branch,
+        lattice_operator,
+        lattice_rates,
+        steady_rotation,
+        steady_stress,
+        steady_velocity,
+    )
+    from nrchain.rod import Rod
     from nrchain.run import describe, resume, simulate
     from nrchain.scene import Scene, Slip, load_scene, scene_names
     from nrchain.slip_modes import SlipMode, register
@@ -29,6 +38,13 @@ _HOMES = {
     "NrchainError": "nrchain.errors",
     "SceneError": "nrchain.errors",
     "TrajectoryError": "nrchain.errors",
+    "Branch": "nrchain.lattice",
+    "lattice_operator": "nrchain.lattice",
+    "lattice_rates": "nrchain.lattice",
+    "steady_rotation": "nrchain.lattice",
+    "steady_stress": "nrchain.lattice",
+    "steady_velocity": "nrchain.lattice",
+    "Rod": "nrchain.rod",
     "describe": "nrchain.run",
     "resume": "nrchain.run",
     "simulate": "nrchain.run",
@@ -43,7 +59,9 @@ _HOMES = {
 
 __all__ = [
     "BackendError",
+    "Branch",
     "NrchainError",
+    "Rod",
     "Scene",
     "SceneError",
     "Slip",
@@ -54,11 +72,16 @@ __all__ = [
     "describe",
     "elastic_energy",
     "elastic_wrenches",
+    "lattice_operator",
+    "lattice_rates",
     "load_scene",
     "register",
     "resume",
     "scene_names",
     "simulate",
+    "steady_rotation",
+    "steady_stress",
+    "steady_velocity",
 ]
 
 

@@ -354,7 +354,7 @@ def describe(scene: Scene) -> Description:
             (name, f"modulus {modulus:.4g}" if modulus else "modulus 0")
         )
     reach = scene.slip.neighbours
-    where = "all pairs" if reach == "all" else f"{reach} neighbour{'s' * (reach != 1)} a side"
+    where = _reach_text(reach)
     for label, mode in scene.slip.modes.items():
         strength = np.unique(mode.strength)
         text = f"{strength[0]:g}" if len(strength) == 1 else f"{strength[0]:g} to {strength[-1]:g}"
@@ -368,10 +368,18 @@ def describe(scene: Scene) -> Description:
         )
         if reach != "all":
             left_out.append(("long range", f"slip flows beyond {where}"))
-    simulated.append(("friction", "one-body"))
-    left_out += [
-        ("friction between spheres", ""),
-        ("Brownian motion", ""),
-        ("steric repulsion", ""),
-    ]
+    friction = scene.friction
+    if friction.kind == "one-body":
+        simulated.append(("friction", "one-body"))
+        left_out.append(("friction between spheres", "Rotne–Prager–Yamakawa mobilities"))
+    else:
+        simulated.append(("friction", f"pairwise, {_reach_text(friction.neighbours)}"))
+        left_out.append(("near field", "lubrication and reflections, of order (a/r)⁴"))
+    left_out.append(("other effects", "Brownian motion, steric repulsion, external fields"))
     return Description(simulated, left_out)
+
+
+def _reach_text(neighbours: int | str) -> str:
+    if neighbours == "all":
+        return "all pairs"
+    return f"{neighbours} neighbour{'s' * (neighbours != 1)} a side"

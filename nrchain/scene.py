@@ -36,17 +36,20 @@ from nrchain.scene_rules import Section, line, section
 from nrchain.scene_sections import (
     ChainSpec,
     ElasticitySpec,
+    FrictionSpec,
     RunSpec,
     Slip,
     SlipSpec,
     StartSpec,
+    read_friction,
 )
 
 __all__ = [
     "DEFAULT_RATIO",
     "ChainSpec",
+    "Drag",
     "ElasticitySpec",
-    "Friction",
+    "FrictionSpec",
     "Moduli",
     "RunSpec",
     "Scene",
@@ -63,7 +66,7 @@ DEFAULT_RATIO = 1e7
 """R of the stiffness rule when a scene gives no stiffness; the paper's for its snapshots."""
 
 
-class Friction(NamedTuple):
+class Drag(NamedTuple):
     """γ_T = 6πηa and γ_R = 8πηa³ of one sphere."""
 
     translation: float
@@ -91,21 +94,22 @@ class Scene(Section):
         default_factory=ElasticitySpec
     )
     slip: Annotated[SlipSpec, section(SlipSpec)] = field(default_factory=SlipSpec)
+    friction: Annotated[FrictionSpec, read_friction] = field(default_factory=FrictionSpec)
     start: Annotated[StartSpec, section(StartSpec)] = field(default_factory=StartSpec)
     run: Annotated[RunSpec, section(RunSpec)]
     title: Annotated[str, line()] = ""
 
     @property
-    def friction(self) -> Friction:
+    def drag(self) -> Drag:
         """γ_T = 6πηa and γ_R = 8πηa³."""
         radius, viscosity = self.chain.radius, self.chain.viscosity
-        return Friction(6 * math.pi * viscosity * radius, 8 * math.pi * viscosity * radius**3)
+        return Drag(6 * math.pi * viscosity * radius, 8 * math.pi * viscosity * radius**3)
 
     @property
     def moduli(self) -> Moduli:
         """λ∥, λ⊥, μ∥, μ⊥, as given or by the stiffness rule (paper, Appendix D)."""
         given, d = self.elasticity, self.chain.spacing
-        translation, rotation = self.friction
+        translation, rotation = self.drag
         bend = translation * d**2 if given.bend is None else given.bend
         twist = bend if given.twist is None else given.twist
         if given.stretch is not None and given.shear is not None:
@@ -164,7 +168,7 @@ class Scene(Section):
     def _check_range(self) -> None:
         """Refuse numbers that are fine by themselves and leave the range of floats together."""
         for name, spec in (
-            ("friction", self.chain),
+            ("drag", self.chain),
             ("length", self.chain),
             ("moduli", self.elasticity),
             ("wavevector", self.start),
@@ -185,7 +189,7 @@ class Scene(Section):
     @classmethod
     def spellings(cls) -> tuple[str, ...]:
         """Every dotted key, so that one without its section is recognised."""
-        specs = (ChainSpec, ElasticitySpec, SlipSpec, StartSpec, RunSpec)
+        specs = (ChainSpec, ElasticitySpec, SlipSpec, FrictionSpec, StartSpec, RunSpec)
         return (*cls.rules(), *(spec.key(name) for spec in specs for name in spec.spellings()))
 
     @classmethod

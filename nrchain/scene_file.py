@@ -127,6 +127,8 @@ def _as_table(path: tuple[str, ...], present: Any, key: str, value: Any) -> dict
         return present.to_mapping()
     if path[0] == "slip" and len(path) == 2:
         return {"strength": present}
+    if path == ("friction",):
+        return {"kind": present}
     whole_key = ".".join((*path[:-1], key))
     raise SceneError(whole_key, value, f"is not a known key; {'.'.join(path)} is not a table")
 

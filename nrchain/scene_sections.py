@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self, cast
 
 from nrchain import slip_modes
 from nrchain.errors import SceneError
@@ -22,11 +22,13 @@ from nrchain.scene_rules import (
     one_or_each,
     optional,
     rule,
+    section,
     unknown,
     whole,
 )
 
 Ends = Literal["free", "clamped", "periodic"]
+Kind = Literal["one-body", "pairwise"]
 Measure = Literal["paper", "isotropic"]
 Backend = Literal["native", "pystokes"]
 Shape = Literal["straight", "sine", "helix-left", "helix-right", "random"]
@@ -190,6 +192,27 @@ class SlipSpec(Section):
         for label, slip in self.modes.items():
             table[label] = slip.strength if slip.axis == _E1 else slip.to_mapping()
         return table
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrictionSpec(Section):
+    """How forces become velocities: each sphere by itself, or through the fluid between them.
+
+    ``pairwise`` takes the Rotne–Prager–Yamakawa mobilities of all pairs within ``neighbours``
+    places. ``friction = "pairwise"`` is short for that kind with all pairs.
+    """
+
+    path: ClassVar[str] = "friction"
+    kind: Annotated[Kind, choice(Kind)] = "one-body"
+    neighbours: Annotated[int | Literal["all"], _NEIGHBOURS] = "all"
+    backend: Annotated[Backend, choice(Backend)] = "native"
+
+
+def read_friction(key: str, value: Any) -> FrictionSpec:
+    """The rule of ``friction``: a section, or its kind alone."""
+    if isinstance(value, str):
+        return FrictionSpec(kind=cast(Kind, value))
+    return section(FrictionSpec)(key, value)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -240,7 +240,7 @@ def test_shipped_scenes_say_what_they_are(name):
     assert scene == load_scene(scene_path(name)) == Scene.from_toml(scene.to_toml())
     assert scene.title
     assert scene.elasticity.ratio is not None
-    assert scene.moduli.bend == scene.friction.translation * scene.chain.spacing**2
+    assert scene.moduli.bend == scene.drag.translation * scene.chain.spacing**2
 
 
 def test_shipped_scenes_are_the_papers():
@@ -444,7 +444,7 @@ def test_what_is_not_an_assignment_is_refused(text):
 
 def test_friction():
     scene = scene_of(**{"chain.radius": 2.0, "chain.viscosity": 0.5})
-    assert scene.friction == pytest.approx((6 * math.pi, 32 * math.pi))
+    assert scene.drag == pytest.approx((6 * math.pi, 32 * math.pi))
 
 
 def test_the_stiffness_rule():

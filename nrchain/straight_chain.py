@@ -1,0 +1,176 @@
+"""What the infinite straight chain of a scene is made of: pair twists and blocks, and its motion.
+
+On a line, the twist that a slip flow gives a sphere m places away and the derivative of that twist
+are sums of pure powers of m. Their coefficients are read off the model of the simulation, evaluated
+on two spheres at a few distances, mode by mode; its elastic blocks, on a short ring of spheres.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nrchain import slip_modes
+from nrchain.effects.cosserat import REACH
+from nrchain.errors import SceneError
+from nrchain.lattice_sums import Reach, cosine_defect, cosine_sum, power_sum, sine_sum
+from nrchain.model import Model
+from nrchain.scene import ChainSpec, ElasticitySpec, RunSpec, Scene, Slip, SlipSpec
+
+Complex = NDArray[np.complex128]
+
+_NO_ELASTICITY = ElasticitySpec(stretch=0.0, shear=0.0, twist=0.0, bend=0.0)
+_NO_SLIP = SlipSpec()
+
+_STRIDE = 16.0
+"""Pairs are evaluated at d, 16 d, 256 d, …: powers of their distance are then well apart."""
+
+
+class StraightChain:
+    """The infinite straight chain of a scene: pair twists and blocks as powers of the distance.
+
+    ``twists[s]`` (2, 6) and ``blocks[s]`` (2, 6, 6) are the coefficients of 1/m^s in the twist,
+    and in its derivative, that the sphere m places to the right (row 0) or left (row 1) gives.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.reach: Reach = scene.slip.neighbours
+        self.twists: dict[int, np.ndarray] = {}
+        self.blocks: dict[int, np.ndarray] = {}
+        self.twist = np.zeros(6)
+        self.isotropic = True
+        self.friction = np.repeat(scene.drag, 3)
+        for label, slip in scene.slip.modes.items():
+            strengths = np.unique(np.atleast_1d(slip.strength))
+            if len(strengths) > 1:
+                allowed = "must be one number for all spheres: a plane wave needs a uniform chain"
+                raise SceneError(SlipSpec.key(label), slip.strength, allowed)
+            if strengths[0] != 0.0:
+                self.isotropic &= slip.axis[1] == slip.axis[2] == 0.0
+                self._add_mode(label, float(strengths[0]), slip.axis)
+        self._check_steady()
+
+    def _add_mode(self, label: str, strength: float, axis) -> None:
+        """Evaluate the pairs of a mode at several distances, and take their powers apart."""
+        mode, spacing = slip_modes.find(label), self.scene.chain.spacing
+        finite_size = self.scene.slip.finite_size
+        flow = sorted({k for _, k in mode.flow(finite_size)})
+        spin = sorted({k for _, k in mode.spin(finite_size)})
+        samples = max(len(flow), len(spin), 1)
+        twists, blocks = np.empty((samples, 2, 6)), np.empty((samples, 2, 3, 6, 6))
+        for n in range(samples):
+            pair = _straight(
+                replace(self.scene.chain, particles=2, spacing=spacing * _STRIDE**n, ends="free"),
+                slip=SlipSpec(modes={label: Slip(strength, axis)}, finite_size=finite_size),
+            )
+            twists[n], blocks[n] = _twists_and_blocks(pair)
+        across = np.stack([blocks[:, 0, 2], blocks[:, 1, 0]], axis=1)
+        for rows, powers in ((slice(0, 3), flow), (slice(3, 6), spin)):
+            for columns, shift in ((slice(0, 3), 1), (slice(3, 6), 0)):
+                part = across[:, :, rows, columns]
+                for power, share in _take_apart(part, [k + shift for k in powers]).items():
+                    sides = self.blocks.setdefault(power, np.zeros((2, 6, 6)))
+                    sides[:, rows, columns] += share
+            for power, share in _take_apart(twists[:, :, rows], powers).items():
+                self.twists.setdefault(power, np.zeros((2, 6)))[:, rows] += share
+
+    def _check_steady(self) -> None:
+        """Find V0 and Ω0, and refuse a straight chain that does not stay one."""
+        scale = np.zeros(6)
+        for power, sides in self.twists.items():
+            both = sides[0] + sides[1]
+            pushed = np.abs(both) > 1e-14 * np.abs(sides).sum(axis=0)
+            total = power_sum(power, self.reach)
+            if pushed.any() and math.isinf(total):
+                self._refuse_sum()
+            self.twist[pushed] += both[pushed] * total
+            scale += np.abs(sides).sum(axis=0)
+        if np.abs(self.twist[4:]).max() > 1e-12 * scale[3:].max():
+            axes = {label: slip.axis for label, slip in self.scene.slip.modes.items()}
+            allowed = (
+                "with these axes every sphere of the straight chain turns about an axis across it,"
+                f" at {self.twist[3:].tolist()}: it has no straight steady state to linearise about"
+            )
+            raise SceneError("slip", axes, allowed)
+
+    def _refuse_sum(self) -> None:
+        raise SceneError(
+            "slip.neighbours",
+            self.reach,
+            "a flow that falls off as 1/r has no sum over an endless chain: name a number",
+        )
+
+    def soft_operator(self, phases: np.ndarray) -> Complex:
+        """M in the lab without its stretch and shear, and with no Ω0 × φ yet."""
+        moduli = self.scene.moduli
+        operator = self.elastic(phases, (0.0, 0.0, moduli.twist, moduli.bend))
+        for power, (right, left) in self.blocks.items():
+            even, odd = right + left, right - left
+            even[np.abs(even) < 1e-14 * np.abs(odd)] = 0.0
+            sine = sine_sum(power, phases, self.reach)[..., None, None]
+            operator += 1j * odd * sine
+            if even[:, :3].any():
+                defect = cosine_defect(power, phases, self.reach)[..., None, None]
+                operator[..., :3] -= even[:, :3] * defect
+            if even[:, 3:].any():
+                cosine = cosine_sum(power, phases, self.reach)[..., None, None]
+                if not np.isfinite(cosine).all():
+                    self._refuse_sum()
+                operator[..., 3:] += even[:, 3:] * cosine
+        return operator
+
+    def elastic(self, phases: np.ndarray, moduli: tuple[float, float, float, float]) -> Complex:
+        """The part of M that these moduli give."""
+        stretch, shear, twist, bend = moduli
+        ring = _straight(
+            replace(self.scene.chain, particles=2 * REACH + 1, ends="periodic"),
+            elasticity=ElasticitySpec(stretch=stretch, shear=shear, twist=twist, bend=bend),
+        )
+        row = _twists_and_blocks(ring)[1][0]
+        centre = len(row) // 2
+        total = row.sum(axis=0)
+        # a uniform displacement or shear pulls each sphere both ways alike: all but rounding
+        total[:, :3] = total[:3] = 0.0
+        operator = np.zeros((*phases.shape, 6, 6), complex) + total
+        for m in range(1, centre + 1):
+            right, left = row[centre + m], row[centre - m]
+            phase = m * phases[..., None, None]
+            operator -= (right + left) * (2.0 * np.sin(phase / 2.0) ** 2)
+            operator += 1j * (right - left) * np.sin(phase)
+        return operator
+
+
+def _straight(
+    chain: ChainSpec,
+    elasticity: ElasticitySpec = _NO_ELASTICITY,
+    slip: SlipSpec = _NO_SLIP,
+) -> Scene:
+    return Scene(chain=chain, elasticity=elasticity, slip=slip, run=RunSpec(end=1.0))
+
+
+def _twists_and_blocks(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Twists (N, 6) and Jacobian blocks (N, 2w + 1, 6, 6) of a straight chain along x."""
+    model = Model(scene)
+    positions = np.zeros((model.count, 3))
+    positions[:, 0] = scene.chain.spacing * np.arange(model.count)
+    frames = np.broadcast_to(np.eye(3), (model.count, 3, 3)).copy()
+    blocks = np.empty((model.count, 2 * model.reach + 1, 6, 6))
+    model.linearise(positions, frames, blocks)
+    return model.twists(positions, frames), blocks
+
+
+def _take_apart(samples: np.ndarray, powers: list[int]) -> dict[int, np.ndarray]:
+    """The coefficients c_s of Σ_s c_s m^−s, from its values at m = 1, 16, 256, …"""
+    if not powers:
+        return {}
+    count = len(powers)
+    strides = _STRIDE ** np.arange(count)
+    scale = strides ** powers[0]
+    vandermonde = strides[:, None] ** (powers[0] - np.array(powers, float))
+    flat = (samples[:count].reshape(count, -1).T * scale).T
+    shares = np.linalg.solve(vandermonde, flat)
+    return {p: c.reshape(samples.shape[1:]) for p, c in zip(powers, shares, strict=True)}

@@ -1,0 +1,309 @@
+"""The lattice operator against differenced twists of the simulated chain, and its branches."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nrchain import slip_modes
+from nrchain.errors import SceneError
+from nrchain.lattice import (
+    Branch,
+    lattice_operator,
+    lattice_rates,
+    steady_rotation,
+    steady_stress,
+    steady_velocity,
+)
+from nrchain.model import Model
+from nrchain.scene import load_scene
+
+STRENGTHS = {"2s": 30.0, "3a": -400.0, "3t": 500.0, "4a": 3000.0}
+BASE = {"chain.particles": 10, "chain.spacing": 4.0, "run.end": 1.0, "elasticity.ratio": 1e4}
+
+
+def scene(modes=STRENGTHS, **changes):
+    slips = {f"slip.{label}": value for label, value in modes.items()}
+    return load_scene(BASE | slips | {key.replace("__", "."): v for key, v in changes.items()})
+
+
+def rotation(vector):
+    """exp(φ×) by Rodrigues' formula."""
+    angle = np.linalg.norm(vector)
+    x, y, z = vector
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    if angle == 0.0:
+        return np.eye(3)
+    sine, versine = np.sin(angle) / angle, (1 - np.cos(angle)) / angle**2
+    return np.eye(3) + sine * cross + versine * cross @ cross
+
+
+def twists_at(model, spacing, poses):
+    """Twists of a straight chain displaced and turned by ``poses`` (N, 6)."""
+    positions = poses[:, :3].copy()
+    positions[:, 0] += spacing * np.arange(model.count)
+    frames = np.array([rotation(p[3:]).T for p in poses])
+    return model.twists(positions, frames)
+
+
+def differenced(model, spacing, poses, step=1e-4):
+    """d twists along ``poses``, by a central difference of fourth order."""
+    at = [twists_at(model, spacing, n * step * poses) for n in (-2, -1, 1, 2)]
+    return (at[0] - 8 * at[1] + 8 * at[2] - at[3]) / (12 * step)
+
+
+def measured_operator(chain, phase, sphere=0):
+    """M(q) of a sphere of the simulated chain, with Ω0 × φ, from real plane waves."""
+    model, spacing = Model(chain), chain.chain.spacing
+    wave = np.exp(1j * phase * (np.arange(model.count) - sphere))
+    straight = twists_at(model, spacing, np.zeros((model.count, 6)))
+    operator = np.zeros((6, 6), complex)
+    for column, unit in enumerate(np.eye(6)):
+        for factor, part in ((1.0, wave.real), (1j, wave.imag)):
+            change = differenced(model, spacing, part[:, None] * unit)[sphere]
+            operator[:, column] += factor * change
+    spin = straight[sphere, 3]
+    operator[4, 5] -= spin
+    operator[5, 4] += spin
+    return operator
+
+
+@pytest.mark.parametrize("neighbours", [1, 3, 14])
+def test_operator_is_the_derivative_of_the_periodic_chain(neighbours):
+    chain = scene(slip__neighbours=neighbours, slip__finite_size=True, chain__ends="periodic")
+    for n in (1, 4):
+        phase = 2 * math.pi * n / 10
+        expected = measured_operator(chain, phase)
+        operator = lattice_operator(chain, phase / 4.0)
+        np.testing.assert_allclose(operator, expected, atol=1e-9 * np.abs(expected).max())
+
+
+def test_rates_are_the_eigenvalues_of_a_whole_periodic_chain():
+    """All 6N eigenvalues of the differenced Jacobian of a chain are the rates of its waves."""
+    chain = scene(slip__neighbours=3, chain__ends="periodic", chain__particles=8)
+    model, size = Model(chain), 48
+    jacobian = np.empty((size, size))
+    for column in range(size):
+        unit = np.zeros(size)
+        unit[column] = 1.0
+        jacobian[:, column] = differenced(model, 4.0, unit.reshape(8, 6)).ravel()
+    spin = twists_at(model, 4.0, np.zeros((8, 6)))[0, 3]
+    for sphere in range(8):
+        jacobian[6 * sphere + 4, 6 * sphere + 5] -= spin
+        jacobian[6 * sphere + 5, 6 * sphere + 4] += spin
+    wavenumbers = 2 * math.pi * np.arange(8) / (8 * 4.0)
+    rates = list(lattice_rates(chain, wavenumbers).ravel())
+    for value in np.linalg.eigvals(jacobian):
+        nearest = int(np.argmin(np.abs(np.array(rates) - value)))
+        assert abs(rates.pop(nearest) - value) < 1e-6 * np.abs(jacobian).max()
+
+
+def test_all_pairs_are_the_middle_of_a_long_open_chain():
+    chain = scene(slip__neighbours="all", chain__particles=801, elasticity__ratio=1e10)
+    phase = 1.3
+    expected = measured_operator(chain, phase, sphere=400)
+    operator = lattice_operator(chain, phase / 4.0)
+    np.testing.assert_allclose(operator, expected, atol=1e-7 * np.abs(expected).max())
+    straight = twists_at(Model(chain), 4.0, np.zeros((801, 6)))[400]
+    np.testing.assert_allclose(steady_velocity(chain), straight[:3], rtol=1e-5, atol=1e-12)
+    np.testing.assert_allclose(steady_rotation(chain), straight[3:], rtol=1e-9, atol=1e-12)
+
+
+def test_all_pairs_are_the_limit_of_many_neighbours():
+    """The remainder after k neighbours falls as its leading power: 1/k² of the 2s torque."""
+    q = np.array([0.01, 0.2])
+    every = lattice_operator(scene(slip__neighbours="all"), q)
+    errors = [
+        np.abs(lattice_operator(scene(slip__neighbours=k), q) - every).max() for k in (1000, 4000)
+    ]
+    assert errors[1] < errors[0] / 10
+    assert errors[1] < 1e-6
+
+
+def test_steady_motion_in_closed_form():
+    a, d, zeta3, zeta5 = 1.0, 4.0, 1.2020569031595942, 1.0369277551433699
+    for reach, three, five in ((1, 1.0, 1.0), (2, 1.125, 1 + 1 / 32), ("all", zeta3, zeta5)):
+        chain = scene(slip__neighbours=reach)
+        np.testing.assert_allclose(
+            steady_velocity(chain), [0.8 * a**3 * 500 / d**3 * three, 0, 0], rtol=1e-14
+        )
+        np.testing.assert_allclose(
+            steady_rotation(chain), [-363 / 5 * a**4 * 3000 / d**5 * five, 0, 0], rtol=1e-14
+        )
+
+
+@pytest.mark.parametrize("neighbours", [1, 2, "all"])
+def test_stress_is_what_one_half_of_a_chain_does_to_the_other(neighbours):
+    right = {label: (0.0,) * 5 + (value,) * 5 for label, value in STRENGTHS.items()}
+    half = scene(right, slip__neighbours=neighbours)
+    twists = np.zeros((10, 6))
+    straight = np.zeros((10, 3))
+    straight[:, 0] = 4.0 * np.arange(10)
+    Model(half).add_slip_twists(straight, np.tile(np.eye(3), (10, 1, 1)), twists)
+    expected = twists[:5].sum(axis=0) * np.repeat(half.drag, 3)
+    stress = steady_stress(scene(slip__neighbours=neighbours), spheres=5)
+    np.testing.assert_allclose(stress, expected, rtol=1e-13, atol=1e-10)
+
+
+def test_stress_of_endless_halves():
+    gamma_t, gamma_r = scene().drag
+    stress = steady_stress(scene({"2s": 30.0}))
+    assert stress[0] == pytest.approx(-7 / 3 * 30.0 / 16 * gamma_t, rel=1e-14)
+    every = steady_stress(scene({"3a": 50.0}, slip__neighbours="all"))
+    zeta3 = 1.2020569031595942
+    assert every[3] == pytest.approx(-13 / 12 * 50.0 / 4**4 * gamma_r * zeta3, rel=1e-14)
+    assert steady_stress(scene({"2s": 30.0}, slip__neighbours="all"))[0] == -math.inf
+
+
+mode_strengths = st.fixed_dictionaries(
+    {label: st.floats(-2 * v, 2 * v) if v > 0 else st.floats(2 * v, -2 * v)
+     for label, v in STRENGTHS.items()}
+)  # fmt: skip
+
+
+@settings(deadline=None, max_examples=25)
+@given(
+    mode_strengths,
+    st.floats(1e-3, 3.1),
+    st.sampled_from([1, 4, "all"]),
+    st.floats(0.0, 1e5),
+    st.floats(0.0, 1e5),
+)
+def test_branches(modes, phase, neighbours, stretch, shear):
+    """Rates are eigenvalues of the operator; signs of q, hands and frames are related as stated."""
+    chain = scene(
+        modes,
+        slip__neighbours=neighbours,
+        elasticity__ratio=None,
+        elasticity__stretch=stretch,
+        elasticity__shear=shear,
+    )
+    q = np.array([phase, -phase, phase + 2 * math.pi]) / 4.0
+    rates = lattice_rates(chain, q)
+    scale = np.abs(lattice_operator(chain, q)).max()
+    values = np.linalg.eigvals(lattice_operator(chain, q[0]))
+    polynomial = np.poly(rates[0] / scale)
+    np.testing.assert_allclose(polynomial, np.poly(values / scale), atol=1e-11)
+    swapped = [Branch.BEND_MINUS, Branch.BEND_PLUS, 2, 3, Branch.SHEAR_MINUS, Branch.SHEAR_PLUS]
+    np.testing.assert_allclose(rates[1], rates[0, swapped].conj(), atol=1e-13 * scale)
+    np.testing.assert_allclose(rates[2], rates[0], atol=1e-9 * scale)
+    spin = steady_rotation(chain)[0]
+    shift = 1j * spin * np.array([branch.hand for branch in Branch])
+    spinning = lattice_rates(chain, q, frame="spinning")
+    np.testing.assert_allclose(rates, spinning + shift, atol=1e-11 * (scale + abs(spin)))
+
+
+@pytest.mark.parametrize("neighbours", [1, "all"])
+def test_long_waves_tell_bending_from_shear(neighbours):
+    """For q → 0 bending is free, shear has a gap, and the rates do not care how stiff it is."""
+    rates = {
+        stiffness: lattice_rates(
+            scene(
+                slip__neighbours=neighbours,
+                elasticity__ratio=None,
+                elasticity__stretch=stiffness,
+                elasticity__shear=stiffness,
+            ),
+            [1e-4, 1e-2],
+        )
+        for stiffness in (1e8, 1e12, 1e15)
+    }
+    gap = 1e8 * 4.0**2 / (8 * math.pi)
+    assert rates[1e8][0, Branch.SHEAR_PLUS].real == pytest.approx(-gap, rel=1e-5)
+    assert np.abs(rates[1e8][0, [Branch.BEND_PLUS, Branch.BEND_MINUS]]).max() < 0.02
+    bend = [Branch.BEND_PLUS, Branch.BEND_MINUS, Branch.TWIST]
+    np.testing.assert_allclose(rates[1e15][:, bend], rates[1e12][:, bend], rtol=1e-8)
+    np.testing.assert_allclose(rates[1e12][:, bend], rates[1e8][:, bend], rtol=1e-5)
+
+
+def test_right_handed_helices_of_positive_wavenumber_are_plus():
+    """3a of negative strength winds a chain into right-handed helices (paper, Fig. 5)."""
+    rates = lattice_rates(scene({"3a": -400.0}, elasticity__bend=0.0), [0.05])[0]
+    assert rates[Branch.BEND_PLUS].real > 0 > rates[Branch.BEND_MINUS].real
+    assert [branch.hand for branch in Branch] == [1, -1, 0, 0, 1, -1]
+
+
+def test_shapes_follow_the_wavenumbers():
+    chain = scene()
+    assert lattice_rates(chain, 0.1).shape == (6,)
+    assert lattice_rates(chain, np.zeros((3, 2))).shape == (3, 2, 6)
+    assert lattice_operator(chain, np.zeros((3, 2))).shape == (3, 2, 6, 6)
+
+
+def make_mode(monkeypatch, label, velocity):
+    mode = slip_modes.SlipMode(
+        label=label, name=label, order=2, polar=True, chiral=True, velocity=velocity
+    )
+    monkeypatch.setitem(slip_modes._MODES, label, mode)
+
+
+def test_a_registered_mode_of_many_powers(monkeypatch):
+    """A mode that is the sum of the four has the sum of their operators."""
+    velocity: dict = {}
+    for mode in slip_modes.modes()[:4]:
+        velocity |= dict(mode.velocity)
+    make_mode(monkeypatch, "all four", velocity)
+    q = np.array([0.01, 0.3, 0.7])
+    for neighbours in (1, "all"):
+        one = scene({"all four": 7.0}, slip__neighbours=neighbours, elasticity__ratio=1e-3)
+        four = scene(
+            dict.fromkeys(STRENGTHS, 7.0), slip__neighbours=neighbours, elasticity__ratio=1e-3
+        )
+        expected = lattice_operator(four, q)
+        np.testing.assert_allclose(
+            lattice_operator(one, q), expected, atol=1e-13 * np.abs(expected).max()
+        )
+
+
+def test_a_flow_without_an_endless_sum_is_refused(monkeypatch):
+    make_mode(monkeypatch, "point force", {("n", 1): (0, 1), ("e", 1): (1,)})
+    with pytest.raises(SceneError, match=r"slip\.neighbours"):
+        lattice_rates(scene({"point force": 1.0}, slip__neighbours="all"), [0.1])
+    velocity = steady_velocity(scene({"point force": 1.0}, slip__neighbours=3))
+    assert velocity[0] == pytest.approx(2 * 2 / 4.0 * (1 + 1 / 2 + 1 / 3), rel=1e-14)
+
+
+def test_other_axes():
+    """Anisotropic chains where the straight chain is steady, and those where it is not."""
+    across = (0.0, 1.0, 0.0)
+    soft = {"elasticity__ratio": None, "elasticity__stretch": 1.0, "elasticity__shear": 1.0}
+    puller = scene({"2s": {"strength": 30.0, "axis": across}}, **soft)
+    q = np.array([0.05, 0.3])
+    rates, values = lattice_rates(puller, q), np.linalg.eigvals(lattice_operator(puller, q))
+    order = np.sort_complex
+    np.testing.assert_allclose(order(rates), order(values), rtol=1e-9, atol=1e-9)
+    shear = rates[0, [Branch.SHEAR_PLUS, Branch.SHEAR_MINUS]].real
+    assert np.ptp(shear) > 0.3 * np.abs(shear).max()
+
+    sideways = scene({"3t": {"strength": 500.0, "axis": across}})
+    np.testing.assert_allclose(
+        steady_velocity(sideways), [0, -2 / 5 * 500.0 / 4**3, 0], rtol=1e-14, atol=1e-14
+    )
+    reversed_axis = scene({"3t": {"strength": 500.0, "axis": (-2.0, 0.0, 0.0)}})
+    np.testing.assert_allclose(
+        lattice_rates(reversed_axis, q), lattice_rates(scene({"3t": -500.0}), q), rtol=1e-12
+    )
+    with pytest.raises(SceneError, match="no straight steady state"):
+        lattice_rates(scene({"2s": {"strength": 30.0, "axis": (1.0, 1.0, 0.0)}}), q)
+
+    spinning = scene({"2s": {"strength": 30.0, "axis": across}, "4a": 3000.0})
+    with pytest.raises(SceneError, match="spinning"):
+        lattice_rates(spinning, q)
+    assert lattice_rates(spinning, q, frame="spinning").shape == (2, 6)
+
+
+def test_what_is_no_uniform_chain_is_refused():
+    with pytest.raises(SceneError, match=r"slip\.2s.*uniform chain"):
+        lattice_rates(scene({"2s": tuple(range(10))}), [0.1])
+    same = scene({"2s": (30.0,) * 10})
+    np.testing.assert_array_equal(
+        lattice_rates(same, [0.1]), lattice_rates(scene({"2s": 30.0}), [0.1])
+    )
+    with pytest.raises(SceneError, match=r"friction\.kind"):
+        lattice_rates(scene(friction__kind="pairwise"), [0.1])
+    with pytest.raises(SceneError, match="frame"):
+        lattice_rates(same, [0.1], frame="moving")
