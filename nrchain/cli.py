@@ -113,10 +113,13 @@ def run(
 ) -> None:
     """Run a scene; write its trajectory and a picture."""
     from nrchain.h5md import FILE_NAME
+    from nrchain.regime import warnings
     from nrchain.run import simulate
     from nrchain.scene import load_scene, parse_assignment
 
     what = load_scene(scene, **dict(parse_assignment(change) for change in changes or ()))
+    for text in warnings(what):
+        _complain(f"warning: {text}")
     directory = output or Path("runs") / Path(scene).stem
     directory.mkdir(parents=True, exist_ok=True)
     with _progress_bar(directory) as report:

@@ -23,6 +23,7 @@ from nrchain.errors import SceneError, TrajectoryError
 from nrchain.integrators.base import IntegrationError, Integrator
 from nrchain.integrators.cvode import Cvode
 from nrchain.model import Model
+from nrchain.regime import warnings
 from nrchain.scene import Scene
 from nrchain.trajectory import Checkpoint, Trajectory, TrajectoryWriter
 
@@ -339,14 +340,15 @@ def resume(path: str | Path, *, progress: Callable[[Progress], None] | None = No
 
 @dataclass(frozen=True)
 class Description:
-    """What a scene simulates and what it leaves out: (effect, one line) each."""
+    """What a scene simulates and what it leaves out: (effect, one line) each, and warnings."""
 
     simulated: list[tuple[str, str]]
     left_out: list[tuple[str, str]]
+    warnings: list[str]
 
 
 def describe(scene: Scene) -> Description:
-    """The effects a scene names, and those it does without."""
+    """The effects a scene names, those it does without, and whether it is in the beam limit."""
     simulated: list[tuple[str, str]] = []
     left_out: list[tuple[str, str]] = []
     for name, modulus in zip(scene.moduli._fields, scene.moduli, strict=True):
@@ -376,7 +378,7 @@ def describe(scene: Scene) -> Description:
         simulated.append(("friction", f"pairwise, {_reach_text(friction.neighbours)}"))
         left_out.append(("near field", "lubrication and reflections, of order (a/r)⁴"))
     left_out.append(("other effects", "Brownian motion, steric repulsion, external fields"))
-    return Description(simulated, left_out)
+    return Description(simulated, left_out, warnings(scene))
 
 
 def _reach_text(neighbours: int | str) -> str:

@@ -102,9 +102,9 @@ class ElasticitySpec(Section):
     """Either R of λ∥ = λ⊥ = R μ⊥ γ_R / (γ_T d⁴ (N−1)⁴), or λ∥ (stretch) and λ⊥ (shear).
 
     R is 1e7 when neither is given. μ⊥ (bend) is γ_T d² and μ∥ (twist) is μ⊥ unless given. A
-    modulus of 0 takes its term out of the potential. Source: paper, Appendix D. ``measure`` says how
-    twist and bend are measured: as the paper prints them, or by their transversely isotropic forms
-    (see :mod:`nrchain.effects.cosserat`), which spare a chain that spins the wobble of the former.
+    modulus of 0 takes its term out of the potential. Source: paper, Appendix D. ``measure`` is
+    that of twist and bend: the paper's, or its transversely isotropic form, which spares a chain
+    that spins the wobble of the former (see :mod:`nrchain.effects.cosserat`).
     """
 
     path: ClassVar[str] = "elasticity"

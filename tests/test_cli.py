@@ -218,7 +218,7 @@ def test_plot_draws_where_and_as_it_is_told(tmp_path, stub):
 
 
 def test_brackets_in_a_title_are_no_markup(tmp_path, stub, monkeypatch):
-    description = nrchain.run.Description([("[red]effect", ":smile: [/x]")], [])
+    description = nrchain.run.Description([("[red]effect", ":smile: [/x]")], [], [])
     monkeypatch.setattr(nrchain.run, "describe", lambda scene: description)
     result = call("run", "passive", "-o", tmp_path)
     assert "[red]effect" in result.stdout
