@@ -137,15 +137,15 @@ def _product(blocks, order, slot_of, periodic, vector, out):
 
 
 @kernel
-def _newton_band(blocks, order, slot_of, periodic, gamma, half, band):
-    """band ← I − γJ in the layout of LAPACK's banded factorisation."""
+def _fill_band(blocks, order, slot_of, periodic, shift, scale, half, band):
+    """band ← shift · I + scale · J in the layout of LAPACK's banded factorisation."""
     count, width = blocks.shape[0], blocks.shape[1]
     centre = width // 2
     band[:] = 0.0
     for slot in range(order.shape[0]):
         i = order[slot]
         for p in range(6):
-            band[2 * half, 6 * slot + p] = 1.0
+            band[2 * half, 6 * slot + p] = shift
         for m in range(width):
             j = i + m - centre
             if not periodic and (j < 0 or j >= count):
@@ -156,7 +156,7 @@ def _newton_band(blocks, order, slot_of, periodic, gamma, half, band):
             for q in range(6):
                 column = 6 * other + q
                 for p in range(6):
-                    band[2 * half + 6 * slot + p - column, column] -= gamma * blocks[i, m, p, q]
+                    band[2 * half + 6 * slot + p - column, column] += scale * blocks[i, m, p, q]
 
 
 @kernel
@@ -172,15 +172,20 @@ def _push_forward(vector, maps, order, poses):
 
 
 @kernel
-def _add_pulled_back(twists, maps, order, out):
-    """out += T⁻¹ (v, ω)."""
+def _pull_back(twists, poses, e1, spin, vector, maps, order, out):
+    """out = T⁻¹ (v, ω + Ω e₁ × φ) + ∂(T⁻¹)·(twist) · vector, for a change of twists and poses."""
+    change = np.empty(6)
     for slot in range(order.shape[0]):
         i = order[slot]
+        change[:] = twists[i]
+        for k in range(3):
+            k1, k2 = (k + 1) % 3, (k + 2) % 3
+            change[3 + k] += spin * (e1[i, k1] * poses[i, 3 + k2] - e1[i, k2] * poses[i, 3 + k1])
         for p in range(6):
             total = 0.0
             for q in range(6):
-                total += maps[i, 1, p, q] * twists[i, q]
-            out[6 * slot + p] += total
+                total += maps[i, 1, p, q] * change[q] + maps[i, 2, p, q] * vector[6 * slot + q]
+            out[6 * slot + p] = total
 
 
 @kernel
@@ -212,13 +217,13 @@ class ChartedChain:
         self._slot_of[self.order] = np.arange(len(self.order))
         self.dimension = 6 * len(self.order)
         places = min(model.reach * (2 if self._periodic else 1), max(len(self.order) - 1, 0))
-        self._half = 6 * places + 5
+        self.bandwidth = 6 * places + 5
         self.evaluations = self.jacobians = 0
         self._positions, self._frames = np.empty((count, 3)), np.empty((count, 3, 3))
         self._twists, self._poses = np.empty((count, 6)), np.zeros((count, 6))
         self._blocks = np.empty((count, 2 * model.reach + 1, 6, 6))
         self._maps = np.empty((count, 3, 6, 6))
-        self._band = np.zeros((3 * self._half + 1, self.dimension), order="F")
+        self._band = np.zeros((3 * self.bandwidth + 1, self.dimension), order="F")
         self._factors: tuple[np.ndarray, np.ndarray] | None = None
 
     def set_base(
@@ -294,33 +299,53 @@ class ChartedChain:
         positions, frames = self.poses(time, y)
         self.model.twists(positions, frames, self._twists)
         _tangents(y, *self._motion(), self._maps)
-        self._blocks[:] = 0.0
-        self.model.add_jacobian(positions, frames, self._blocks)
+        self._e1_there = frames[:, 0].copy()
+        self.model.linearise(positions, frames, self._blocks)
         _to_chart(self._blocks, self._slot_of, self._maps, frames, self.spin)
 
     def product(self, vector: np.ndarray, out: np.ndarray) -> None:
         """out = J · vector, with J the Jacobian of the last ``linearise``."""
-        _product(self._blocks, self.order, self._slot_of, self._periodic, vector, out)
-        if self.model.has_far:
-            _push_forward(vector, self._maps, self.order, self._poses)
-            self._twists[:] = 0.0
-            self.model.add_far_product(self._poses, self._twists)
-            _add_pulled_back(self._twists, self._maps, self.order, out)
+        if self.model.is_banded:
+            _product(self._blocks, self.order, self._slot_of, self._periodic, vector, out)
+            return
+        _push_forward(vector, self._maps, self.order, self._poses)
+        changes = np.zeros((self.model.count, 6))
+        self.model.add_product(self._poses, changes)
+        _pull_back(
+            changes,
+            self._poses,
+            self._e1_there,
+            self.spin,
+            vector,
+            self._maps,
+            self.order,
+            out,
+        )
+
+    def fill_band(self, band: np.ndarray, shift: complex, scale: complex) -> None:
+        """band ← shift · I + scale · J, with J cut to the blocks near the diagonal.
+
+        ``band`` (3w + 1, dimension), real or complex, is laid out for LAPACK's factors, with
+        w = ``bandwidth``: row 2w + i − j, column j holds element (i, j).
+        """
+        _fill_band(
+            self._blocks,
+            self.order,
+            self._slot_of,
+            self._periodic,
+            shift,
+            scale,
+            self.bandwidth,
+            band,
+        )
 
     def factorise(self, gamma: float) -> None:
         """Prepare ``solve`` for I − γJ, with J cut to the blocks near the diagonal."""
         from scipy.linalg import lapack
 
-        _newton_band(
-            self._blocks,
-            self.order,
-            self._slot_of,
-            self._periodic,
-            gamma,
-            self._half,
-            self._band,
-        )
-        factors, pivots, info = lapack.dgbtrf(self._band, self._half, self._half, overwrite_ab=True)
+        self.fill_band(self._band, 1.0, -gamma)
+        width = self.bandwidth
+        factors, pivots, info = lapack.dgbtrf(self._band, width, width, overwrite_ab=True)
         if info > 0:
             raise FloatingPointError(f"the Newton matrix is singular in column {info}")
         self._factors = factors, pivots
@@ -331,7 +356,7 @@ class ChartedChain:
 
         assert self._factors is not None
         factors, pivots = self._factors
-        out[:], _ = lapack.dgbtrs(factors, self._half, self._half, vector, pivots)
+        out[:], _ = lapack.dgbtrs(factors, self.bandwidth, self.bandwidth, vector, pivots)
 
     def jacobian(self) -> np.ndarray:
         """The dense Jacobian of the last ``linearise``, column by column: for tests."""

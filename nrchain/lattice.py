@@ -5,9 +5,13 @@ straight stretch of chain: with B_m = ∂(v, ω)_i / ∂(u, φ)_{i+m},
 
     M(q) = Σ_m B_m e^{imqd},      Λ = the eigenvalues of M,
 
-overdamped, with one-body friction. The infinite sums of all pairs are taken to rounding: on a line
-the blocks of a slip flow are sums of pure powers of the distance, and :mod:`nrchain.lattice_sums`
-knows those. The number of spheres of the scene matters only through its stiffness rule.
+overdamped. Elasticity gives wrenches K(q), which friction turns into twists, and slip comes beside
+them: M = μ(q) K(q) + Σ_slip, with 1/γ_T and 1/γ_R on the diagonal of μ for one-body friction, and
+the Fourier sum of the pair mobilities beside them for friction between spheres. The infinite sums
+of all pairs are taken to rounding: on a line the blocks of a slip flow and the mobilities are sums
+of pure powers of the distance, and :mod:`nrchain.lattice_sums` knows those. Forces between spheres
+add up to nothing, so that the 1/r of the mobilities has a sum at every q > 0 and no part at q = 0.
+The number of spheres of the scene matters only through its stiffness rule.
 
 Frames. i is the index of a sphere, a material coordinate: a chain that translates at V0 is seen
 from along with it, and in coordinates fixed in space Λ becomes Λ − i q V0. A chain that spins at
@@ -80,7 +84,8 @@ def lattice_rates(scene: Scene, wavenumbers: ArrayLike, *, frame: Frame = "lab")
     largest rate of all.
 
     Raises :class:`~nrchain.errors.SceneError` for strengths that differ from sphere to sphere, for
-    a straight chain that is no steady state, a sum that diverges and friction between spheres.
+    a straight chain that is no steady state, a sum that diverges, and friction cut at a reach at
+    which its mobility is not positive definite, as it may be where spheres nearly touch.
     """
     chain, phases = _read(scene, wavenumbers)
     soft = chain.soft_operator(phases)
@@ -110,8 +115,8 @@ def lattice_operator(scene: Scene, wavenumbers: ArrayLike, *, frame: Frame = "la
     chain, phases = _read(scene, wavenumbers)
     operator = chain.soft_operator(phases)
     _add_spin(chain, operator, frame)
-    moduli = scene.moduli
-    return operator + chain.elastic(phases, (moduli.stretch, moduli.shear, 0.0, 0.0))
+    stiff = chain.elastic(phases, (scene.moduli.stretch, scene.moduli.shear, 0.0, 0.0))
+    return operator + chain.mobility(phases) @ stiff
 
 
 def steady_velocity(scene: Scene) -> NDArray[np.float64]:
@@ -154,10 +159,7 @@ def steady_stress(scene: Scene, spheres: int | None = None) -> NDArray[np.float6
 
 
 def _read(scene: Scene, wavenumbers: ArrayLike) -> tuple[StraightChain, NDArray[np.float64]]:
-    """The chain and the phases qd, if the operator knows the scene's friction."""
-    if scene.friction.kind != "one-body":
-        allowed = "the lattice operator is that of one-body friction: change it, or measure the run"
-        raise SceneError("friction.kind", scene.friction.kind, allowed)
+    """The chain and the phases qd."""
     return StraightChain(scene), np.asarray(wavenumbers, float) * scene.chain.spacing
 
 
@@ -190,18 +192,18 @@ def _add_spin(chain: StraightChain, operator: Complex, frame: Frame) -> None:
 
 
 def _reduce(chain: StraightChain, soft: Complex, phases: np.ndarray) -> Complex:
-    """Q† Γ^½ M Γ^−½ Q, in the order of :class:`Branch`.
+    """Q† L⁻¹ M L Q with L L† = μ, in the order of :class:`Branch`.
 
-    Stretch and shear act on three strains alone, −Γ⁻¹ g g†, so that a unitary basis made of
-    the strains Γ^−½ g and of the directions across them holds the stiffness in three entries
-    of the diagonal. The soft rates are then as exact as if it were absent.
+    Stretch and shear act on three strains alone, −μ g g†, so that a unitary basis made of the
+    strains L† g and of the directions across them holds the stiffness in three entries of the
+    diagonal. The soft rates are then as exact as if it were absent.
     """
-    moduli, root = chain.scene.moduli, np.sqrt(chain.friction)
-    symmetric = root[:, None] / root
+    moduli, root = chain.scene.moduli, _root(chain, phases)
+    adjoint = root.conj().swapaxes(-1, -2)
     basis = np.zeros((*phases.shape, 6, 6), complex)
     basis[..., 0, Branch.STRETCH] = basis[..., 3, Branch.TWIST] = 1.0
-    stretch = chain.elastic(phases, (1.0, 0.0, 0.0, 0.0)) * symmetric
-    shear = chain.elastic(phases, (0.0, 1.0, 0.0, 0.0)) * symmetric
+    stretch = adjoint @ chain.elastic(phases, (1.0, 0.0, 0.0, 0.0)) @ root
+    shear = adjoint @ chain.elastic(phases, (0.0, 1.0, 0.0, 0.0)) @ root
     stiff = {Branch.STRETCH: moduli.stretch * stretch[..., 0, 0].real}
     for hand, bend, sheared in (
         (1, Branch.BEND_PLUS, Branch.SHEAR_PLUS),
@@ -219,10 +221,23 @@ def _reduce(chain: StraightChain, soft: Complex, phases: np.ndarray) -> Complex:
         basis[..., sheared] = strain @ unit.T
         basis[..., bend] = across @ unit.T
         stiff[sheared] = moduli.shear * np.trace(pair, axis1=-2, axis2=-1).real
-    reduced = basis.conj().swapaxes(-1, -2) @ (soft * symmetric) @ basis
+    reduced = basis.conj().swapaxes(-1, -2) @ np.linalg.solve(root, soft @ root) @ basis
     for branch, rate in stiff.items():
         reduced[..., branch, branch] += rate
     return reduced
+
+
+def _root(chain: StraightChain, phases: np.ndarray) -> Complex:
+    """L of μ = L L†, which keeps the hands apart and along x from across, as μ does."""
+    try:
+        return np.linalg.cholesky(chain.mobility(phases))
+    except np.linalg.LinAlgError:
+        allowed = (
+            "cut there, the mobility of spheres this close is not positive definite: name more"
+            " neighbours, or 'all'"
+        )
+        reach = chain.scene.friction.neighbours
+        raise SceneError("friction.neighbours", reach, allowed) from None
 
 
 def _two_branches(a, b, c, d) -> tuple[np.ndarray, np.ndarray]:

@@ -1,8 +1,11 @@
-"""v = F/γ_T + Σ u, ω = T/γ_R + Σ w: the overdamped motion of exactly the effects a scene names.
+"""(v, ω) = μ·(F, T) + Σ (u, w): the overdamped motion of exactly the effects a scene names.
 
-A :class:`Model` turns poses into twists, and gives the derivative of the twists with the poses:
-blocks between spheres near each other along the chain, and a product for what lies beyond. It
-knows nothing of time, of charts or of integrators.
+A :class:`Model` turns poses into twists and differentiates them. It knows nothing of time, of
+charts or of integrators. Slip velocities enter once: they are not multiplied by the mobility again.
+
+A clamped sphere is held by a wrench of its own, whatever it takes. With one-body friction that
+wrench moves nobody else, and the sphere's twist is simply zero; with friction between spheres the
+support is felt by all, and is found from μ_hh·W_h = −(twist of the held spheres without it).
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ from nrchain.effects import cosserat
 from nrchain.hydrodynamics.pairs import SlipFlow
 
 if TYPE_CHECKING:
+    from nrchain.hydrodynamics.friction import PairFriction
     from nrchain.scene import Scene
 
 
@@ -49,40 +53,58 @@ class Model:
     held
         (N,) booleans: the spheres whose pose is clamped.
     reach
-        Number of places w along the chain over which :meth:`add_jacobian` gives exact blocks.
-    has_far
-        Whether anything acts beyond those places, through :meth:`add_far_product`.
+        Number of places w along the chain over which :meth:`linearise` gives blocks.
+    is_banded
+        Whether those blocks are the whole derivative; if not, :meth:`add_product` is.
     """
 
     def __init__(self, scene: Scene) -> None:
-        chain, slip = scene.chain, scene.slip
+        chain = scene.chain
         self.count = chain.particles
         self.period = chain.particles * chain.spacing if chain.ends == "periodic" else 0.0
         self.held = np.zeros(self.count, bool)
         if chain.ends == "clamped":
             self.held[[0, -1]] = True
         self.moduli = scene.moduli
+        self.elastic = any(self.moduli)
         self._isotropic = scene.elasticity.measure == "isotropic"
-        self.translational, self.rotational = scene.friction
-        self._spacing = chain.spacing
-        self.slip = SlipFlow(
+        self._drag = scene.drag
+        self._scene = scene
+        self.slip = self._make_slip()
+        self.friction = self._make_friction()
+        # what the derivative is taken about stays as it was while twists are evaluated elsewhere
+        self._slip_there, self._friction_there = self._make_slip(), self._make_friction()
+        slip_reach = (self.slip.near or 1) if self.slip else 0
+        self.reach = max(cosserat.REACH if self.elastic else 0, slip_reach, 1)
+        slip_is_near = not self.slip or self.slip.reach <= self.reach
+        self.is_banded = slip_is_near and self.friction is None
+        if not self.is_banded:
+            self._elastic_blocks = np.zeros((self.count, 2 * cosserat.REACH + 1, 6, 6))
+
+    def _make_slip(self) -> SlipFlow:
+        slip = self._scene.slip
+        return SlipFlow(
             list(slip.modes),
             [np.broadcast_to(mode.strength, self.count) for mode in slip.modes.values()],
             [mode.axis for mode in slip.modes.values()],
             count=self.count,
-            reach=self.count - 1 if slip.neighbours == "all" else slip.neighbours,
-            radius=chain.radius,
+            reach=self._places(slip.neighbours),
+            radius=self._scene.chain.radius,
             period=self.period,
             finite_size=slip.finite_size,
         )
-        self._pystokes = slip.backend == "pystokes"
-        self._viscosity = chain.viscosity
-        self._neighbours = slip.neighbours
-        self.elastic = any(self.moduli)
-        elastic_reach = cosserat.REACH if self.elastic else 0
-        slip_reach = (self.slip.near or 1) if self.slip else 0
-        self.reach = max(elastic_reach, slip_reach, 1)
-        self.has_far = bool(self.slip) and self.slip.reach > self.reach
+
+    def _make_friction(self) -> PairFriction | None:
+        friction, chain = self._scene.friction, self._scene.chain
+        if friction.kind == "one-body":
+            return None
+        from nrchain.hydrodynamics.friction import PairFriction
+
+        reach = self._places(friction.neighbours)
+        return PairFriction(self.count, reach, chain.radius, chain.viscosity, self.period)
+
+    def _places(self, neighbours: int | str) -> int:
+        return neighbours if isinstance(neighbours, int) else self.count - 1
 
     def twists(
         self, positions: np.ndarray, frames: np.ndarray, out: np.ndarray | None = None
@@ -90,21 +112,79 @@ class Model:
         """(v, ω) (N, 6) of every sphere in the lab; zero for clamped ones."""
         twists = np.empty((self.count, 6)) if out is None else out
         twists[:] = 0.0
-        if self.elastic:
-            cosserat.add_wrenches(
-                positions,
-                frames,
-                self._spacing,
-                self.period,
-                *self.moduli,
-                twists,
-                self._isotropic,
-            )
-            _divide(twists, self.translational, self.rotational)
+        if self.friction is None:
+            if self.elastic:
+                self._add_elastic_wrenches(positions, frames, twists)
+                _divide(twists, *self._drag)
+            self.add_slip_twists(positions, frames, twists)
+            if self.held.any():
+                twists[self.held] = 0.0
+            return twists
         self.add_slip_twists(positions, frames, twists)
-        if self.held.any():
-            twists[self.held] = 0.0
+        self._wrenches(positions, frames, twists)
         return twists
+
+    def _wrenches(
+        self, positions: np.ndarray, frames: np.ndarray, twists: np.ndarray
+    ) -> np.ndarray:
+        """The wrenches (N, 6), supports included; ``twists``, from slip, gain what they cause."""
+        assert self.friction is not None
+        wrenches = np.zeros((self.count, 6))
+        if self.elastic:
+            self._add_elastic_wrenches(positions, frames, wrenches)
+        wrenches[self.held] = 0.0
+        self._apply_friction(positions, wrenches, twists)
+        if self.held.any():
+            support = np.zeros((self.count, 6))
+            support[self.held] = self._support(positions, twists)
+            self._apply_friction(positions, support, twists)
+            twists[self.held] = 0.0
+            wrenches += support
+        return wrenches
+
+    def _apply_friction(
+        self, positions: np.ndarray, wrenches: np.ndarray, twists: np.ndarray
+    ) -> None:
+        assert self.friction is not None
+        if self._scene.friction.backend == "native":
+            self.friction.apply(positions, wrenches, twists)
+            return
+        from nrchain.hydrodynamics import pystokes
+
+        chain = self._scene.chain
+        twists += pystokes.mobility(
+            positions,
+            wrenches,
+            neighbours=self._scene.friction.neighbours,
+            radius=chain.radius,
+            viscosity=chain.viscosity,
+        )
+
+    def _support(self, positions: np.ndarray, twists: np.ndarray) -> np.ndarray:
+        """Wrenches (held, 6) that bring the twists of the held spheres to rest."""
+        from nrchain.hydrodynamics.friction import PairFriction
+
+        chain, friction = self._scene.chain, self._scene.friction
+        held = np.flatnonzero(self.held)
+        reaches = friction.neighbours == "all" or np.ptp(held) <= self._places(friction.neighbours)
+        pair = PairFriction(
+            len(held), len(held) - 1 if reaches else 0, chain.radius, chain.viscosity
+        )
+        mobility = pair.matrix(positions[held])
+        return np.linalg.solve(mobility, -twists[held].ravel()).reshape(-1, 6)
+
+    def _add_elastic_wrenches(
+        self, positions: np.ndarray, frames: np.ndarray, wrenches: np.ndarray
+    ) -> None:
+        cosserat.add_wrenches(
+            positions,
+            frames,
+            self._scene.chain.spacing,
+            self.period,
+            *self.moduli,
+            wrenches,
+            self._isotropic,
+        )
 
     def add_slip_twists(
         self, positions: np.ndarray, frames: np.ndarray, twists: np.ndarray
@@ -112,7 +192,7 @@ class Model:
         """twists += the flow and half its curl that the slip of the other spheres induces."""
         if not self.slip:
             return
-        if not self._pystokes:
+        if self._scene.slip.backend == "native":
             self.slip.add_twists(positions, frames, twists)
             return
         from nrchain.hydrodynamics import pystokes
@@ -122,38 +202,70 @@ class Model:
             positions,
             [np.einsum("b,nbk->nk", np.array(law.axes[g]), frames) for g in law.axis_of],
             list(self.slip.strengths),
-            neighbours=self._neighbours,
+            neighbours=self._scene.slip.neighbours,
             radius=self.slip.radius,
-            viscosity=self._viscosity,
+            viscosity=self._scene.chain.viscosity,
             finite_size=law.finite_size,
             labels=law.labels,
         )
         twists[:, :3] += velocities
         twists[:, 3:] += spins
 
-    def add_jacobian(self, positions: np.ndarray, frames: np.ndarray, blocks: np.ndarray) -> None:
-        """blocks (N, 2w + 1, 6, 6) += ∂(v, ω)_i / ∂(u, φ)_{i+m−w}, lab displacement and rotation.
+    def linearise(self, positions: np.ndarray, frames: np.ndarray, blocks: np.ndarray) -> None:
+        """blocks (N, 2w + 1, 6, 6) = ∂(v, ω)_i / ∂(u, φ)_{i+m−w} at these poses.
 
-        Pairs further apart than w are left to :meth:`add_far_product`, also where they change a
-        sphere's own block.
+        u displaces and φ turns a sphere in the lab. The blocks are the whole derivative if
+        :attr:`is_banded`. If not they are its stiff part, for preconditioning: elasticity through
+        one-body friction and the slip of the spheres within w places.
         """
+        blocks[:] = 0.0
         if self.elastic:
             cosserat.add_jacobian(
                 positions,
                 frames,
-                self._spacing,
+                self._scene.chain.spacing,
                 self.period,
                 *self.moduli,
                 blocks,
                 self._isotropic,
             )
-            _divide_blocks(blocks, self.translational, self.rotational)
+            if not self.is_banded:
+                centre = self.reach
+                near = slice(centre - cosserat.REACH, centre + cosserat.REACH + 1)
+                self._elastic_blocks[:] = blocks[:, near]
+            _divide_blocks(blocks, *self._drag)
         if self.slip:
-            self.slip.add_jacobian(positions, frames, blocks)
+            self._slip_there.add_jacobian(positions, frames, blocks)
+        if self._friction_there is not None:
+            twists = np.zeros((self.count, 6))
+            self.add_slip_twists(positions, frames, twists)
+            wrenches = self._wrenches(positions, frames, twists)
+            self._positions_there = positions.copy()
+            self._friction_there.apply(positions, wrenches, np.zeros((self.count, 6)))
 
-    def add_far_product(self, poses: np.ndarray, twists: np.ndarray) -> None:
-        """twists += the change of the twists with ``poses`` (N, 6) through pairs beyond the blocks.
+    def add_product(self, poses: np.ndarray, twists: np.ndarray) -> None:
+        """twists += the change of the twists with ``poses`` (N, 6), about the last linearisation.
 
-        About the poses last passed to :meth:`add_jacobian`.
+        ``poses`` is (u, φ) of every sphere, zero where it is held.
         """
-        self.slip.add_product(poses, self.reach, twists)
+        if self.slip:
+            self._slip_there.add_product(poses, 0, twists)
+        if self._friction_there is None:
+            changes = np.zeros((self.count, 6))
+            self._add_elastic_product(poses, changes)
+            _divide(changes, *self._drag)
+            twists += changes
+            return
+        wrenches = np.zeros((self.count, 6))
+        self._add_elastic_product(poses, wrenches)
+        wrenches[self.held] = 0.0
+        self._friction_there.add_product(poses, wrenches, twists)
+        if self.held.any():
+            support = np.zeros((self.count, 6))
+            support[self.held] = self._support(self._positions_there, twists)
+            self._apply_friction(self._positions_there, support, twists)
+            twists[self.held] = 0.0
+
+    def _add_elastic_product(self, poses: np.ndarray, wrenches: np.ndarray) -> None:
+        if self.elastic:
+            cosserat.add_block_product(self._elastic_blocks, poses, self.period > 0.0, wrenches)

@@ -1,8 +1,9 @@
 """What the infinite straight chain of a scene is made of: pair twists and blocks, and its motion.
 
 On a line, the twist that a slip flow gives a sphere m places away and the derivative of that twist
-are sums of pure powers of m. Their coefficients are read off the model of the simulation, evaluated
-on two spheres at a few distances, mode by mode; its elastic blocks, on a short ring of spheres.
+are sums of pure powers of m; so is the mobility of friction between them. Their coefficients are
+read off the code of the simulation, evaluated on two spheres at a few distances, mode by mode; its
+elastic blocks, on a short ring of spheres.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from nrchain import slip_modes
 from nrchain.effects.cosserat import REACH
 from nrchain.errors import SceneError
+from nrchain.hydrodynamics.friction import PairFriction
 from nrchain.lattice_sums import Reach, cosine_defect, cosine_sum, power_sum, sine_sum
 from nrchain.model import Model
 from nrchain.scene import ChainSpec, ElasticitySpec, RunSpec, Scene, Slip, SlipSpec
@@ -25,6 +27,14 @@ Complex = NDArray[np.complex128]
 _NO_ELASTICITY = ElasticitySpec(stretch=0.0, shear=0.0, twist=0.0, bend=0.0)
 _NO_SLIP = SlipSpec()
 
+_MOBILITY_POWERS = (
+    (slice(0, 3), slice(0, 3), (1, 3)),
+    (slice(0, 3), slice(3, 6), (2,)),
+    (slice(3, 6), slice(0, 3), (2,)),
+    (slice(3, 6), slice(3, 6), (3,)),
+)
+"""Rows, columns and the powers of a/r in them, for spheres that do not overlap."""
+
 _STRIDE = 16.0
 """Pairs are evaluated at d, 16 d, 256 d, …: powers of their distance are then well apart."""
 
@@ -33,7 +43,10 @@ class StraightChain:
     """The infinite straight chain of a scene: pair twists and blocks as powers of the distance.
 
     ``twists[s]`` (2, 6) and ``blocks[s]`` (2, 6, 6) are the coefficients of 1/m^s in the twist,
-    and in its derivative, that the sphere m places to the right (row 0) or left (row 1) gives.
+    and in its derivative, that the slip of the sphere m places to the right (row 0) or left (row 1)
+    gives; ``mobilities[s]`` (2, 6, 6), those in the twist that a wrench on it gives, none with
+    one-body friction. No wrench acts on a sphere of the straight chain, so that a change of the
+    mobility moves none.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -53,6 +66,9 @@ class StraightChain:
                 self.isotropic &= slip.axis[1] == slip.axis[2] == 0.0
                 self._add_mode(label, float(strengths[0]), slip.axis)
         self._check_steady()
+        self.mobilities: dict[int, np.ndarray] = {}
+        if scene.friction.kind == "pairwise":
+            self._add_mobilities()
 
     def _add_mode(self, label: str, strength: float, axis) -> None:
         """Evaluate the pairs of a mode at several distances, and take their powers apart."""
@@ -77,6 +93,19 @@ class StraightChain:
                     sides[:, rows, columns] += share
             for power, share in _take_apart(twists[:, :, rows], powers).items():
                 self.twists.setdefault(power, np.zeros((2, 6)))[:, rows] += share
+
+    def _add_mobilities(self) -> None:
+        """Evaluate the mobility of two spheres at two distances, and take its powers apart."""
+        chain, samples = self.scene.chain, np.empty((2, 2, 6, 6))
+        for n, pair in enumerate(samples):
+            positions = np.zeros((2, 3))
+            positions[1, 0] = chain.spacing * _STRIDE**n
+            matrix = PairFriction(2, 1, chain.radius, chain.viscosity).matrix(positions)
+            pair[0], pair[1] = matrix[:6, 6:], matrix[6:, :6]
+        for rows, columns, powers in _MOBILITY_POWERS:
+            for power, share in _take_apart(samples[:, :, rows, columns], list(powers)).items():
+                sides = self.mobilities.setdefault(power, np.zeros((2, 6, 6)))
+                sides[:, rows, columns] += share
 
     def _check_steady(self) -> None:
         """Find V0 and Ω0, and refuse a straight chain that does not stay one."""
@@ -104,10 +133,27 @@ class StraightChain:
             "a flow that falls off as 1/r has no sum over an endless chain: name a number",
         )
 
+    def mobility(self, phases: np.ndarray) -> Complex:
+        """μ(q) (..., 6, 6) in (u̇, φ̇) = μ (F, T), Hermitian; (6, 6) with one-body friction."""
+        operator = np.diag(1.0 / self.friction).astype(complex)
+        if not self.mobilities:
+            return operator
+        reach = self.scene.friction.neighbours
+        operator = np.broadcast_to(operator, (*phases.shape, 6, 6)).copy()
+        for power, (right, left) in self.mobilities.items():
+            cosine = cosine_sum(power, phases, reach)[..., None, None]
+            # endless at q = 0, where the forces on a chain add up to nothing
+            cosine = np.where(np.isinf(cosine), 0.0, cosine)
+            sine = sine_sum(power, phases, reach)[..., None, None]
+            operator += (right + left) * cosine + 1j * (right - left) * sine
+        return operator
+
     def soft_operator(self, phases: np.ndarray) -> Complex:
         """M in the lab without its stretch and shear, and with no Ω0 × φ yet."""
         moduli = self.scene.moduli
-        operator = self.elastic(phases, (0.0, 0.0, moduli.twist, moduli.bend))
+        operator = self.mobility(phases) @ self.elastic(
+            phases, (0.0, 0.0, moduli.twist, moduli.bend)
+        )
         for power, (right, left) in self.blocks.items():
             even, odd = right + left, right - left
             even[np.abs(even) < 1e-14 * np.abs(odd)] = 0.0
@@ -124,7 +170,7 @@ class StraightChain:
         return operator
 
     def elastic(self, phases: np.ndarray, moduli: tuple[float, float, float, float]) -> Complex:
-        """The part of M that these moduli give."""
+        """K(q) (..., 6, 6): the wrenches (F, T) = K (u, φ) that these moduli give."""
         stretch, shear, twist, bend = moduli
         ring = _straight(
             replace(self.scene.chain, particles=2 * REACH + 1, ends="periodic"),
@@ -141,7 +187,7 @@ class StraightChain:
             phase = m * phases[..., None, None]
             operator -= (right + left) * (2.0 * np.sin(phase / 2.0) ** 2)
             operator += 1j * (right - left) * np.sin(phase)
-        return operator
+        return self.friction[:, None] * operator
 
 
 def _straight(

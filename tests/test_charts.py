@@ -13,12 +13,15 @@ MODES = {"2s": 3.0, "3a": 2.0, "3t": -4.0, "4a": {"strength": 5.0, "axis": [0.0,
 ENDS = ["free", "clamped", "periodic"]
 
 
-def scene(ends="free", count=6, slip=MODES, neighbours=1, moduli=MODULI, **run):
+def scene(
+    ends="free", count=6, slip=MODES, neighbours=1, moduli=MODULI, friction="one-body", **run
+):
     return nrchain.load_scene(
         {
             "chain": {"particles": count, "spacing": 4.0, "ends": ends},
             "elasticity": moduli,
             "slip": {"neighbours": neighbours, **slip},
+            "friction": friction,
             "run": {"end": 1.0, **run},
         }
     )
@@ -41,14 +44,18 @@ def rates(chain, time, y):
     return out
 
 
-CASES = [(ends, label, 1) for ends in ENDS for label in MODES]
-CASES += [(ends, "all modes", reach) for ends in ENDS for reach in (1, 3, 12)]
+ONE_BODY, TWO_PLACES = {"kind": "one-body"}, {"kind": "pairwise", "neighbours": 2}
+CASES = [(ends, label, 1, ONE_BODY) for ends in ENDS for label in MODES]
+CASES += [(ends, "all modes", reach, ONE_BODY) for ends in ENDS for reach in (1, 3, 12)]
+CASES += [(ends, "all modes", reach, TWO_PLACES) for ends in ENDS for reach in (1, 12)]
+CASES += [(ends, "all modes", "all", {"kind": "pairwise"}) for ends in ("free", "clamped")]
+CASES += [("free", "no modes", 1, {"kind": "pairwise"})]
 
 
-@pytest.mark.parametrize(("ends", "label", "reach"), CASES)
-def test_jacobian_against_differences(ends, label, reach):
-    slip = MODES if label == "all modes" else {label: MODES[label]}
-    chain, y = charted(scene(ends, slip=slip, neighbours=reach))
+@pytest.mark.parametrize(("ends", "label", "reach", "friction"), CASES)
+def test_jacobian_against_differences(ends, label, reach, friction):
+    slip = MODES if label == "all modes" else {m: v for m, v in MODES.items() if m == label}
+    chain, y = charted(scene(ends, slip=slip, neighbours=reach, friction=friction))
     chain.linearise(0.6, y)
     step = 1e-5
     numeric = np.stack(
@@ -67,7 +74,7 @@ def test_model_blocks_are_the_derivative_of_the_twists(ends):
     positions, frames = random_chain(6, spacing=4.0)
     model.held[:] = False
     blocks = np.zeros((6, 2 * model.reach + 1, 6, 6))
-    model.add_jacobian(positions, frames, blocks)
+    model.linearise(positions, frames, blocks)
     numeric = pose_derivative(model.twists, positions, frames)
     assert dense(blocks, ends == "periodic") == pytest.approx(
         numeric, abs=1e-8 * np.abs(numeric).max()

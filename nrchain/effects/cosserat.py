@@ -313,3 +313,17 @@ def add_jacobian(
                 blocks[i, centre + 1, 3 + p, 3 + q] += other[p, q]
                 blocks[j, centre - 1, 3 + p, 3 + q] -= own[p, q]
                 blocks[j, centre, 3 + p, 3 + q] -= other[p, q]
+
+
+@kernel
+def add_block_product(blocks, poses, periodic, wrenches):
+    """wrenches[i] += Σ_m blocks[i, w + m] · poses[i + m]: the change of (F, T) with the poses."""
+    count, centre = blocks.shape[0], blocks.shape[1] // 2
+    for i in range(count):
+        for m in range(blocks.shape[1]):
+            j = i + m - centre
+            if not periodic and (j < 0 or j >= count):
+                continue
+            for p in range(6):
+                for q in range(6):
+                    wrenches[i, p] += blocks[i, m, p, q] * poses[j % count, q]

@@ -1,29 +1,36 @@
-"""From the table of modes to straight-line code: the twist one sphere induces at another.
+"""From the table of modes to straight-line code: the twist that others induce at one sphere.
 
-The modes a scene names become one function of the unit vector n, of s = a/r and of the acting
-sphere's axes and strengths, with every coefficient a constant in the text. For 2s alone::
+The modes a scene names become one loop over the spheres that act, with every coefficient a
+constant in the text. For 2s alone::
 
-    def pair_twist(law, n0, n1, n2, s1, axes, strengths, j):
-        s2 = s1 * s1
-        s3 = s2 * s1
-        u0 = u1 = u2 = w0 = w1 = w2 = 0.0
-        e0, e1, e2 = axes[0, 0, j], axes[0, 1, j], axes[0, 2, j]
-        c = e0 * n0 + e1 * n1 + e2 * n2
-        x0, x1, x2 = e1 * n2 - e2 * n1, e2 * n0 - e0 * n2, e0 * n1 - e1 * n0
-        u_n = strengths[0, j] * s2 * (-1.1666666666666667 + c * c * 3.5)
+    def sum_twists(sources, radius, me, first, last):
+        sources0 = sources[0, first:last]
         ...
+        u0 = u1 = u2 = w0 = w1 = w2 = 0.0
+        for j in range(last - first):
+            x0 = sources[0, me] - sources0[j]
+            ...
+            c1 = e0 * n0 + e1 * n1 + e2 * n2
+            p2 = v0 * (-1.1666666666666667 + c2 * 3.5)
+            f = s2 * p2
+            u0 += f * n0
+            ...
+        return u0, u1, u2, w0, w1, w2
 
-so that the compiler sees only the work of those modes. The text is passed to the kernels as a
-literal: it is the key under which numba keeps their machine code on disk, and a changed law can
-never meet stale code.
+so that the compiler sees only the work of those modes, and can vectorise it: the loop calls
+nothing, writes nothing, and reads stretches of rows from their start. (An index that might be
+negative counts from the end in Python, and would turn every read into a gather.) The text is
+passed to the kernels as a literal: it is part of the key under which numba keeps their machine
+code on disk, and a changed law can never meet stale code.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
+import numba
 import numpy as np
 from numba import types
 from numba.extending import overload
@@ -31,6 +38,10 @@ from numba.extending import overload
 from nrchain import slip_modes
 from nrchain._compile import ARITHMETIC
 from nrchain.slip_modes import BASIS, PairTable, Polynomial
+
+_VECTOR = {"n": "n", "e": "e", "x": "m"}
+_CHANGE = {"n": "d", "e": "t", "x": "y"}
+"""The names in the text of the basis vectors n, e and m = e × n, and of their changes."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +67,8 @@ class PairLaw:
         for axis in axes:
             vector = np.asarray(axis, float)
             scaled = vector / np.abs(vector).max()
-            unit = tuple(float(x) for x in scaled / np.linalg.norm(scaled))
+            x, y, z = (scaled / np.linalg.norm(scaled)).tolist()
+            unit = (x, y, z)
             if unit not in units:
                 units.append(unit)
             axis_of.append(units.index(unit))
@@ -64,149 +76,208 @@ class PairLaw:
 
     @cached_property
     def source(self) -> str:
-        """The text of ``pair_twist`` and ``pair_derivative`` for these modes."""
-        flows, spins = [], []
-        for label in self.labels:
-            mode = slip_modes.find(label)
-            flows.append(mode.flow(self.finite_size))
-            spins.append(mode.spin(self.finite_size))
-        return _twist_source(self.axis_of, flows, spins) + _derivative_source(
-            self.axis_of, flows, spins
+        """The text of ``sum_twists`` and ``sum_changes`` for these modes."""
+        moving = 3 + 3 * len(self.axes)
+        sources = {"sources": moving + len(self.labels)}
+        return _function("sum_twists", sources, self._twist_lines()) + _function(
+            "sum_changes", sources | {"changes": moving}, self._change_lines()
         )
 
+    def _fields(self, group: int) -> Iterator[tuple[str, str, _Sum]]:
+        """u and a w of the modes of one axis, by basis vector."""
+        members = [m for m, g in enumerate(self.axis_of) if g == group]
+        modes = {m: slip_modes.find(self.labels[m]) for m in members}
+        flows = {m: mode.flow(self.finite_size) for m, mode in modes.items()}
+        spins = {m: mode.spin(self.finite_size) for m, mode in modes.items()}
+        for field, tables in (("u", flows), ("w", spins)):
+            for basis in BASIS:
+                if total := _Sum.along(basis, tables):
+                    yield field, basis, total
 
-def _powers(tables: Sequence[PairTable]) -> list[str]:
-    highest = max((k for table in tables for _, k in table), default=1)
-    return [f"s{k} = s{k - 1} * s1" for k in range(2, highest + 1)]
+    def _geometry(self) -> list[str]:
+        """n, the powers of s = a/r, and the strengths of the acting sphere j."""
+        sums = [total for g in range(len(self.axes)) for _, _, total in self._fields(g)]
+        highest = max((max(total.rows) for total in sums), default=1)
+        strengths = 3 + 3 * len(self.axes)
+        return [
+            *(f"x{k} = sources[{k}, me] - sources{k}[j]" for k in range(3)),
+            "inverse = 1.0 / np.sqrt(x0 * x0 + x1 * x1 + x2 * x2)",
+            *(f"n{k} = x{k} * inverse" for k in range(3)),
+            "s1 = radius * inverse",
+            *(f"s{k} = s{k - 1} * s1" for k in range(2, highest + 1)),
+            *(f"v{m} = sources{strengths + m}[j]" for m in range(len(self.labels))),
+        ]
+
+    def _axis(self, group: int) -> list[str]:
+        """The axis e of sphere j, the powers of its cosine with n, and m = e × n."""
+        highest = max(total.degree for _, _, total in self._fields(group))
+        return [
+            *(f"e{k} = sources{3 + 3 * group + k}[j]" for k in range(3)),
+            "c1 = e0 * n0 + e1 * n1 + e2 * n2",
+            *(f"c{k} = c{k - 1} * c1" for k in range(2, highest + 1)),
+            *(f"m{k} = {_cross('e', 'n', k)}" for k in range(3)),
+        ]
+
+    def _twist_lines(self) -> list[str]:
+        lines = self._geometry()
+        for group in range(len(self.axes)):
+            lines += self._axis(group)
+            for field, basis, total in self._fields(group):
+                lines += total.at_each_power("p")
+                lines.append(f"f = {total.over_powers('p')}")
+                lines += [f"{field}{k} += f * {_VECTOR[basis]}{k}" for k in range(3)]
+        return lines
+
+    def _change_lines(self) -> list[str]:
+        """The change of F(s, c) n, which is that of (F/r) x: ∂(F/r) x + (F/r) ∂x.
+
+        With d = ∂x/r, ∂s = −s n·d. In the same way F e × n is (F/r) e × x, with t = ∂e given.
+        """
+        lines = self._geometry()
+        lines += [f"d{k} = (changes[{k}, me] - changes{k}[j]) * inverse" for k in range(3)]
+        lines.append("stretch = n0 * d0 + n1 * d1 + n2 * d2")
+        for group in range(len(self.axes)):
+            lines += self._axis(group)
+            lines += [f"t{k} = changes{3 + 3 * group + k}[j]" for k in range(3)]
+            lines.append("dc = t0 * n0 + t1 * n1 + t2 * n2 - c1 * stretch")
+            lines.append("dc += e0 * d0 + e1 * d1 + e2 * d2")
+            lines += [f"y{k} = {_cross('t', 'n', k)} + {_cross('e', 'd', k)}" for k in range(3)]
+            for field, basis, total in self._fields(group):
+                lines += total.at_each_power("p")
+                lines.append(f"f = {total.over_powers('p')}")
+                lines.append(f"g = -stretch * {total.decay('p', own=int(basis != 'e'))}")
+                if slope := total.slope():
+                    lines += slope.at_each_power("q")
+                    lines.append(f"g += dc * {slope.over_powers('q')}")
+                lines += [
+                    f"{field}{k} += g * {_VECTOR[basis]}{k} + f * {_CHANGE[basis]}{k}"
+                    for k in range(3)
+                ]
+        return lines
+
+
+@dataclass(frozen=True)
+class _Sum:
+    """F = Σ_k s^k Σ_m V_m P_mk(c) as text; ``rows`` are {k: {mode m: P_mk}}."""
+
+    rows: Mapping[int, Mapping[int, Polynomial]]
+
+    @classmethod
+    def along(cls, basis: str, tables: Mapping[int, PairTable]) -> _Sum:
+        """The rows of all modes along one basis vector."""
+        rows: dict[int, dict[int, Polynomial]] = {}
+        for mode, table in tables.items():
+            for (b, k), p in table.items():
+                if b == basis:
+                    rows.setdefault(k, {})[mode] = p
+        return cls(rows)
+
+    def __bool__(self) -> bool:
+        return bool(self.rows)
+
+    @property
+    def degree(self) -> int:
+        """The highest power of c."""
+        return max(len(p) - 1 for row in self.rows.values() for p in row.values())
+
+    def slope(self) -> _Sum:
+        """∂F/∂c."""
+        rows: dict[int, dict[int, Polynomial]] = {}
+        for k, row in self.rows.items():
+            for mode, p in row.items():
+                if len(p) > 1:
+                    rows.setdefault(k, {})[mode] = tuple(m * q for m, q in enumerate(p))[1:]
+        return _Sum(rows)
+
+    def at_each_power(self, name: str) -> list[str]:
+        """``name``k = Σ_m V_m P_mk(c) for every k."""
+        return [
+            f"{name}{k} = " + " + ".join(f"v{m} * {_polynomial(p)}" for m, p in row.items())
+            for k, row in self.rows.items()
+        ]
+
+    def over_powers(self, name: str) -> str:
+        """F from the ``name``k."""
+        return _horner("s", {k: f"{name}{k}" for k in self.rows})
+
+    def decay(self, name: str, own: int) -> str:
+        """−r ∂/∂r of s^own F, over s^own, from the ``name``k."""
+        return _horner("s", {k: f"{float(k + own)} * {name}{k}" for k in self.rows})
 
 
 def _polynomial(p: Polynomial) -> str:
-    """Horner's form in c, without the terms that are absent."""
-    text = ""
-    for coefficient in reversed(p):
-        if text:
-            text = "c * " + text
-        if coefficient:
-            text = f"({float(coefficient)!r} + {text})" if text else repr(float(coefficient))
-    return text
+    return _horner("c", {k: repr(float(q)) for k, q in enumerate(p) if q})
 
 
-def _sum(tables: Sequence[tuple[int, PairTable]], basis: str, part: str) -> str:
-    """Σ_modes V s^k P(c) along one basis vector: the value, −r∂/∂r of it, or ∂/∂c."""
-    terms = []
-    for mode, table in tables:
-        for (b, k), p in table.items():
-            if b != basis:
-                continue
-            row = tuple(m * q for m, q in enumerate(p))[1:] if part == "c" else p
-            if part == "k":
-                row = tuple(k * q for q in p)
-            if any(row):
-                terms.append(f"strengths[{mode}, j] * s{k} * {_polynomial(row)}")
-    return " + ".join(terms)
+def _horner(variable: str, coefficients: Mapping[int, str]) -> str:
+    """Σ_k v^k A_k as v^k₁ (A_k₁ + v^(k₂−k₁) (A_k₂ + …)); the power k of v is named vk."""
+    text, above = "", 0
+    for k in sorted(coefficients, reverse=True):
+        rest = f" + {variable}{above - k} * {text}" if text else ""
+        text, above = f"({coefficients[k]}{rest})", k
+    return f"{variable}{above} * {text}" if above else text
 
 
-def _groups(axis_of: Sequence[int], flows, spins):
-    """For each distinct axis: its index and the (mode, table) pairs of u and of a w."""
-    for group in range(max(axis_of, default=-1) + 1):
-        members = [m for m, g in enumerate(axis_of) if g == group]
-        yield (
-            group,
-            (("u", [(m, flows[m]) for m in members]), ("w", [(m, spins[m]) for m in members])),
-        )
+def _cross(a: str, b: str, k: int) -> str:
+    """Component k of a × b."""
+    p, q = (k + 1) % 3, (k + 2) % 3
+    return f"{a}{p} * {b}{q} - {a}{q} * {b}{p}"
 
 
-_VECTORS = {"n": ("n0", "n1", "n2"), "e": ("e0", "e1", "e2"), "x": ("x0", "x1", "x2")}
-
-_FRAME = (
-    "e0, e1, e2 = axes[{group}, 0, j], axes[{group}, 1, j], axes[{group}, 2, j]",
-    "c = e0 * n0 + e1 * n1 + e2 * n2",
-    "x0, x1, x2 = e1 * n2 - e2 * n1, e2 * n0 - e0 * n2, e0 * n1 - e1 * n0",
-)
-
-
-def _twist_source(axis_of, flows, spins) -> str:
-    lines = [*_powers([*flows, *spins]), "u0 = u1 = u2 = w0 = w1 = w2 = 0.0"]
-    for group, fields in _groups(axis_of, flows, spins):
-        lines += [line.format(group=group) for line in _FRAME]
-        for field, tables in fields:
-            for basis in BASIS:
-                if value := _sum(tables, basis, "value"):
-                    lines.append(f"f = {value}")
-                    lines += [
-                        f"{field}{k} += f * {vector}" for k, vector in enumerate(_VECTORS[basis])
-                    ]
-    lines.append("return u0, u1, u2, w0, w1, w2")
-    head = "def pair_twist(law, n0, n1, n2, s1, axes, strengths, j):\n"
-    return head + "".join(f"    {line}\n" for line in lines)
+def _function(name: str, tables: Mapping[str, int], lines: Sequence[str]) -> str:
+    """The text of a sum over j; ``tables`` are the arrays it reads and their numbers of rows."""
+    rows = [
+        f"{table}{k} = {table}[{k}, first:last]" for table in tables for k in range(tables[table])
+    ]
+    head = [*rows, "u0 = u1 = u2 = w0 = w1 = w2 = 0.0", "for j in range(last - first):"]
+    return (
+        f"def {name}({', '.join(tables)}, radius, me, first, last):\n"
+        + "".join(f"    {line}\n" for line in head)
+        + "".join(f"        {line}\n" for line in lines)
+        + "    return u0, u1, u2, w0, w1, w2\n"
+    )
 
 
-_DERIVATIVE_HEAD = (
-    # d is the change of the separation x over r and t the rotation of the acting sphere
-    "stretch = n0 * d0 + n1 * d1 + n2 * d2",
-    "dn0, dn1, dn2 = d0 - stretch * n0, d1 - stretch * n1, d2 - stretch * n2",
-)
+def sum_twists(law, sources, radius, me, first, last):
+    """Σ_j (u, a w) at sphere ``me``, over j in [first, last); compiled from ``law``, its text.
 
-_DERIVATIVE_FRAME = (
-    "de0, de1, de2 = t1 * e2 - t2 * e1, t2 * e0 - t0 * e2, t0 * e1 - t1 * e0",
-    "dc = e0 * dn0 + e1 * dn1 + e2 * dn2 + n0 * de0 + n1 * de1 + n2 * de2",
-    "dx0 = de1 * n2 - de2 * n1 + e1 * dn2 - e2 * dn1",
-    "dx1 = de2 * n0 - de0 * n2 + e2 * dn0 - e0 * dn2",
-    "dx2 = de0 * n1 - de1 * n0 + e0 * dn1 - e1 * dn0",
-)
-
-
-def _derivative_source(axis_of, flows, spins) -> str:
-    lines = [*_powers([*flows, *spins]), *_DERIVATIVE_HEAD]
-    lines.append("u0 = u1 = u2 = w0 = w1 = w2 = 0.0")
-    for group, fields in _groups(axis_of, flows, spins):
-        lines += [line.format(group=group) for line in _FRAME]
-        lines += _DERIVATIVE_FRAME
-        for field, tables in fields:
-            for basis in BASIS:
-                if not (value := _sum(tables, basis, "value")):
-                    continue
-                along_c = _sum(tables, basis, "c")
-                lines.append(f"f = {value}")
-                lines.append(f"df = -stretch * ({_sum(tables, basis, 'k')})")
-                if along_c:
-                    lines.append(f"df += dc * ({along_c})")
-                lines += [
-                    f"{field}{k} += df * {vector} + f * d{vector}"
-                    for k, vector in enumerate(_VECTORS[basis])
-                ]
-    lines.append("return u0, u1, u2, w0, w1, w2")
-    arguments = "law, n0, n1, n2, s1, d0, d1, d2, t0, t1, t2, axes, strengths, j"
-    return f"def pair_derivative({arguments}):\n" + "".join(f"    {line}\n" for line in lines)
-
-
-def pair_twist(law, n0, n1, n2, s1, axes, strengths, j):
-    """(u, a w) at a sphere n/s away (in radii) from sphere j; compiled from ``law``, its text."""
+    The rows of ``sources`` are x, y, z, the components of each axis, and each mode's strengths.
+    """
     raise NotImplementedError("compiled code only")
 
 
-def pair_derivative(law, n0, n1, n2, s1, d0, d1, d2, t0, t1, t2, axes, strengths, j):
-    """Change of :func:`pair_twist` when the separation changes by r d and sphere j turns by t."""
+def sum_changes(law, sources, changes, radius, me, first, last):
+    """Change of :func:`sum_twists` with ``changes`` of the rows x, y, z and of the axes."""
     raise NotImplementedError("compiled code only")
 
 
-def _compile_from_law(placeholder):
-    """Make a placeholder callable from kernels, its body taken from the literal ``law``."""
-
-    def implementation(law, *_):
-        if not isinstance(law, types.StringLiteral):
-            return None
-        namespace: dict = {}
-        exec(law.literal_value, namespace)
-        return namespace[placeholder.__name__]
-
-    # numba matches the signatures of placeholder and implementation, names included
-    arguments = ", ".join(placeholder.__code__.co_varnames[: placeholder.__code__.co_argcount])
-    namespace = {"implementation": implementation}
-    exec(f"def typed({arguments}):\n    return implementation({arguments})", namespace)
-    options = {"fastmath": set(ARITHMETIC), "error_model": "numpy"}
-    overload(placeholder, jit_options=options, prefer_literal=True)(namespace["typed"])
+@lru_cache(maxsize=256)
+def _compiled(law: str, name: str):
+    """The function of that name in the text, compiled once for all kernels that call it."""
+    namespace: dict = {"np": np}
+    exec(law, namespace)
+    return numba.njit(namespace[name], fastmath=set(ARITHMETIC), error_model="numpy")
 
 
-_compile_from_law(pair_twist)
-_compile_from_law(pair_derivative)
+@overload(sum_twists, prefer_literal=True)
+def _sum_twists_of(law, sources, radius, me, first, last):
+    if not isinstance(law, types.StringLiteral):
+        return None
+    compiled = _compiled(law.literal_value, "sum_twists")
+
+    def call(law, sources, radius, me, first, last):
+        return compiled(sources, radius, me, first, last)
+
+    return call
+
+
+@overload(sum_changes, prefer_literal=True)
+def _sum_changes_of(law, sources, changes, radius, me, first, last):
+    if not isinstance(law, types.StringLiteral):
+        return None
+    compiled = _compiled(law.literal_value, "sum_changes")
+
+    def call(law, sources, changes, radius, me, first, last):
+        return compiled(sources, changes, radius, me, first, last)
+
+    return call

@@ -8,14 +8,15 @@ is written by one iteration alone: it does not depend on the number of threads.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numba import prange
 
 from nrchain._compile import kernel
-from nrchain.hydrodynamics.pair_law import PairLaw, pair_derivative, pair_twist
+from nrchain.hydrodynamics.pair_law import PairLaw, sum_changes, sum_twists
 
 PARALLEL_PAIRS = 20_000
 """Sums over more pairs than this are shared between threads: below, starting them costs more."""
@@ -24,98 +25,48 @@ NEAR = 8
 """Furthest neighbours whose exact blocks are kept; beyond, products go through the pairs."""
 
 
+def compile_sum(function: Callable[..., Any], parallel: bool) -> Any:
+    """The compiled ``function``, with its rows shared between threads or not.
+
+    Numba names the machine code it keeps on disk after a function and not after its options.
+    """
+    function.__qualname__ += ".parallel" if parallel else ".serial"
+    return kernel(function, parallel=parallel)
+
+
 @lru_cache(maxsize=64)
 def twist_kernel(law: str, parallel: bool):
     """Compile the sum of a law: see :meth:`SlipFlow.add_twists`."""
 
-    @kernel(parallel=parallel)
-    def add_twists(positions, axes, strengths, images, reach, radius, twists):
-        count = twists.shape[0]
-        x, y, z = positions[0], positions[1], positions[2]
-        for i in prange(count):
+    def add_twists(sources, radius, images, reach, twists):
+        for i in prange(twists.shape[0]):
             me = i + images
-            u0 = u1 = u2 = w0 = w1 = w2 = 0.0
-            for side in range(2):
-                first = max(0, me - reach) if side == 0 else me + 1
-                last = me if side == 0 else min(positions.shape[1], me + reach + 1)
-                for j in range(first, last):
-                    d0, d1, d2 = x[me] - x[j], y[me] - y[j], z[me] - z[j]
-                    inverse = 1.0 / np.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
-                    a0, a1, a2, b0, b1, b2 = pair_twist(
-                        law,
-                        d0 * inverse,
-                        d1 * inverse,
-                        d2 * inverse,
-                        radius * inverse,
-                        axes,
-                        strengths,
-                        j,
-                    )
-                    u0 += a0
-                    u1 += a1
-                    u2 += a2
-                    w0 += b0
-                    w1 += b1
-                    w2 += b2
-            twists[i, 0] += u0
-            twists[i, 1] += u1
-            twists[i, 2] += u2
-            twists[i, 3] += w0 / radius
-            twists[i, 4] += w1 / radius
-            twists[i, 5] += w2 / radius
+            first, last = max(0, me - reach), min(sources.shape[1], me + reach + 1)
+            before = sum_twists(law, sources, radius, me, first, me)
+            after = sum_twists(law, sources, radius, me, me + 1, last)
+            for k in range(3):
+                twists[i, k] += before[k] + after[k]
+                twists[i, 3 + k] += (before[3 + k] + after[3 + k]) / radius
 
-    return add_twists
+    return compile_sum(add_twists, parallel)
 
 
 @lru_cache(maxsize=64)
 def product_kernel(law: str, parallel: bool):
-    """Compile the derivative of the sum along a change of pose: see :meth:`SlipFlow.add_product`."""
+    """Compile its derivative along a change of pose: see :meth:`SlipFlow.add_product`."""
 
-    @kernel(parallel=parallel)
-    def add_product(
-        positions, axes, strengths, shifts, turns, images, inner, reach, radius, twists
-    ):
-        count = twists.shape[0]
-        x, y, z = positions[0], positions[1], positions[2]
-        for i in prange(count):
+    def add_product(sources, changes, radius, images, inner, reach, twists):
+        for i in prange(twists.shape[0]):
             me = i + images
-            u0 = u1 = u2 = w0 = w1 = w2 = 0.0
-            for side in range(2):
-                first = max(0, me - reach) if side == 0 else me + inner + 1
-                last = me - inner if side == 0 else min(positions.shape[1], me + reach + 1)
-                for j in range(first, last):
-                    d0, d1, d2 = x[me] - x[j], y[me] - y[j], z[me] - z[j]
-                    inverse = 1.0 / np.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
-                    a0, a1, a2, b0, b1, b2 = pair_derivative(
-                        law,
-                        d0 * inverse,
-                        d1 * inverse,
-                        d2 * inverse,
-                        radius * inverse,
-                        (shifts[0, me] - shifts[0, j]) * inverse,
-                        (shifts[1, me] - shifts[1, j]) * inverse,
-                        (shifts[2, me] - shifts[2, j]) * inverse,
-                        turns[0, j],
-                        turns[1, j],
-                        turns[2, j],
-                        axes,
-                        strengths,
-                        j,
-                    )
-                    u0 += a0
-                    u1 += a1
-                    u2 += a2
-                    w0 += b0
-                    w1 += b1
-                    w2 += b2
-            twists[i, 0] += u0
-            twists[i, 1] += u1
-            twists[i, 2] += u2
-            twists[i, 3] += w0 / radius
-            twists[i, 4] += w1 / radius
-            twists[i, 5] += w2 / radius
+            first, last = max(0, me - reach), min(sources.shape[1], me + reach + 1)
+            left, right = max(first, me - inner), min(me + inner + 1, last)
+            before = sum_changes(law, sources, changes, radius, me, first, left)
+            after = sum_changes(law, sources, changes, radius, me, right, last)
+            for k in range(3):
+                twists[i, k] += before[k] + after[k]
+                twists[i, 3 + k] += (before[3 + k] + after[3 + k]) / radius
 
-    return add_product
+    return compile_sum(add_product, parallel)
 
 
 @lru_cache(maxsize=64)
@@ -123,41 +74,20 @@ def block_kernel(law: str):
     """Compile the Jacobian blocks of near pairs: see :meth:`SlipFlow.add_jacobian`."""
 
     @kernel
-    def add_blocks(positions, axes, strengths, images, reach, radius, blocks):
+    def add_blocks(sources, changes, radius, images, reach, blocks):
         count, centre = blocks.shape[0], blocks.shape[1] // 2
-        unit = np.zeros(6)
+        changes[:] = 0.0
         for i in range(count):
             me = i + images
-            first, last = max(0, me - reach), min(positions.shape[1], me + reach + 1)
-            for j in range(first, last):
+            for j in range(max(0, me - reach), min(sources.shape[1], me + reach + 1)):
                 if j == me:
                     continue
-                d0 = positions[0, me] - positions[0, j]
-                d1 = positions[1, me] - positions[1, j]
-                d2 = positions[2, me] - positions[2, j]
-                inverse = 1.0 / np.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
                 for column in range(6):
-                    unit[:] = 0.0
-                    # moving sphere j moves the separation the other way
-                    unit[column] = -inverse if column < 3 else 1.0
-                    change = pair_derivative(
-                        law,
-                        d0 * inverse,
-                        d1 * inverse,
-                        d2 * inverse,
-                        radius * inverse,
-                        unit[0],
-                        unit[1],
-                        unit[2],
-                        unit[3],
-                        unit[4],
-                        unit[5],
-                        axes,
-                        strengths,
-                        j,
-                    )
+                    _set_unit_change(sources, changes, j, column, 1.0)
+                    twist = sum_changes(law, sources, changes, radius, me, j, j + 1)
+                    _set_unit_change(sources, changes, j, column, 0.0)
                     for row in range(6):
-                        value = change[row] if row < 3 else change[row] / radius
+                        value = twist[row] if row < 3 else twist[row] / radius
                         blocks[i, centre + j - me, row, column] += value
                         if column < 3:
                             blocks[i, centre, row, column] -= value
@@ -166,32 +96,49 @@ def block_kernel(law: str):
 
 
 @kernel
-def _lay_out(positions, frames, body_axes, period, images, laid_positions, laid_axes):
-    """Component-major positions and lab axes, with ``images`` periodic copies on either side."""
-    count = positions.shape[0]
-    for slot in range(laid_positions.shape[1]):
-        image = (slot - images) // count
-        sphere = slot - images - image * count
-        for k in range(3):
-            laid_positions[k, slot] = positions[sphere, k]
-            for group in range(body_axes.shape[0]):
-                laid_axes[group, k, slot] = (
-                    body_axes[group, 0] * frames[sphere, 0, k]
-                    + body_axes[group, 1] * frames[sphere, 1, k]
-                    + body_axes[group, 2] * frames[sphere, 2, k]
-                )
-        laid_positions[0, slot] += image * period
+def _set_unit_change(sources, changes, j, column, size):
+    """Displace sphere j by ``size`` along x, y or z, or turn its axes about it: t × e."""
+    if column < 3:
+        changes[column, j] = size
+        return
+    k1, k2 = (column - 2) % 3, (column - 1) % 3
+    for axis in range(3, changes.shape[0], 3):
+        changes[axis + k1, j] = -size * sources[axis + k2, j]
+        changes[axis + k2, j] = size * sources[axis + k1, j]
 
 
 @kernel
-def _lay_out_poses(poses, images, shifts, turns):
-    """Component-major changes of pose, with their periodic copies."""
+def _lay_out(positions, frames, body_axes, period, images, sources):
+    """The rows x, y, z and lab axes of ``sources``, with periodic copies on either side."""
+    count = positions.shape[0]
+    for slot in range(sources.shape[1]):
+        image = (slot - images) // count
+        sphere = slot - images - image * count
+        for k in range(3):
+            sources[k, slot] = positions[sphere, k]
+            for axis in range(body_axes.shape[0]):
+                sources[3 + 3 * axis + k, slot] = (
+                    body_axes[axis, 0] * frames[sphere, 0, k]
+                    + body_axes[axis, 1] * frames[sphere, 1, k]
+                    + body_axes[axis, 2] * frames[sphere, 2, k]
+                )
+        sources[0, slot] += image * period
+
+
+@kernel
+def _lay_out_changes(poses, images, sources, changes):
+    """The changes of those rows with ``poses``: displacements, and t × e for each axis."""
     count = poses.shape[0]
-    for slot in range(shifts.shape[1]):
+    for slot in range(changes.shape[1]):
         sphere = (slot - images) % count
         for k in range(3):
-            shifts[k, slot] = poses[sphere, k]
-            turns[k, slot] = poses[sphere, 3 + k]
+            changes[k, slot] = poses[sphere, k]
+            k1, k2 = (k + 1) % 3, (k + 2) % 3
+            for axis in range(3, changes.shape[0], 3):
+                changes[axis + k, slot] = (
+                    poses[sphere, 3 + k1] * sources[axis + k2, slot]
+                    - poses[sphere, 3 + k2] * sources[axis + k1, slot]
+                )
 
 
 class SlipFlow:
@@ -227,13 +174,13 @@ class SlipFlow:
         self.count, self.radius, self.period = count, float(radius), float(period)
         self.reach = reach if period else min(reach, count - 1)
         self._images = self.reach if period else 0
-        slots = count + 2 * self._images
-        order = np.arange(-self._images, count + self._images) % count
-        self._strengths = np.array([np.asarray(strengths[m], float)[order] for m in active])
         self._body_axes = np.array(self.law.axes, float).reshape(-1, 3)
-        self._positions = np.empty((3, slots))
-        self._axes = np.empty((len(self._body_axes), 3, slots))
-        self._shifts, self._turns = np.empty((3, slots)), np.empty((3, slots))
+        order = np.arange(-self._images, count + self._images) % count
+        geometry = 3 + self._body_axes.size
+        self._sources = np.zeros((geometry + len(active), len(order)))
+        self._changes = np.zeros((geometry, len(order)))
+        for row, m in zip(self._sources[geometry:], active, strict=True):
+            row[:] = np.asarray(strengths[m], float)[order]
         self._parallel = self.reach * count * 2 > PARALLEL_PAIRS
 
     def __bool__(self) -> bool:
@@ -242,7 +189,7 @@ class SlipFlow:
     @property
     def strengths(self) -> np.ndarray:
         """Strengths (modes, N) of the modes that act."""
-        return self._strengths[:, self._images : self._images + self.count]
+        return self._sources[len(self._changes) :, self._images : self._images + self.count]
 
     @property
     def near(self) -> int:
@@ -250,44 +197,27 @@ class SlipFlow:
         return self.reach if self.reach <= NEAR else 0
 
     def _place(self, positions: np.ndarray, frames: np.ndarray) -> None:
-        _lay_out(
-            positions,
-            frames,
-            self._body_axes,
-            self.period,
-            self._images,
-            self._positions,
-            self._axes,
-        )
+        _lay_out(positions, frames, self._body_axes, self.period, self._images, self._sources)
 
     def add_twists(self, positions: np.ndarray, frames: np.ndarray, twists: np.ndarray) -> None:
         """twists (N, 6) += (Σ_j u, Σ_j w) at the given poses."""
+        if not self:
+            return
         self._place(positions, frames)
-        twist_kernel(self.law.source, self._parallel)(
-            self._positions,
-            self._axes,
-            self._strengths,
-            self._images,
-            self.reach,
-            self.radius,
-            twists,
-        )
+        add = twist_kernel(self.law.source, self._parallel)
+        add(self._sources, self.radius, self._images, self.reach, twists)
 
     def add_jacobian(self, positions: np.ndarray, frames: np.ndarray, blocks: np.ndarray) -> None:
         """blocks[i, w + m] += ∂(v, ω)_i / ∂(u, φ)_{i+m} of the pairs within w places.
 
         The block of a sphere with itself holds what those pairs contribute, no more.
         """
+        if not self:
+            return
         self._place(positions, frames)
-        block_kernel(self.law.source)(
-            self._positions,
-            self._axes,
-            self._strengths,
-            self._images,
-            min(self.reach, blocks.shape[1] // 2),
-            self.radius,
-            blocks,
-        )
+        reach = min(self.reach, blocks.shape[1] // 2)
+        add = block_kernel(self.law.source)
+        add(self._sources, self._changes, self.radius, self._images, reach, blocks)
 
     def add_product(self, poses: np.ndarray, inner: int, twists: np.ndarray) -> None:
         """twists += the change of the flow of pairs more than ``inner`` places apart.
@@ -295,16 +225,8 @@ class SlipFlow:
         ``poses`` (N, 6) is the change (u, φ) of every pose, about the poses last passed to
         :meth:`add_twists` or :meth:`add_jacobian`.
         """
-        _lay_out_poses(poses, self._images, self._shifts, self._turns)
-        product_kernel(self.law.source, self._parallel)(
-            self._positions,
-            self._axes,
-            self._strengths,
-            self._shifts,
-            self._turns,
-            self._images,
-            inner,
-            self.reach,
-            self.radius,
-            twists,
-        )
+        if not self:
+            return
+        _lay_out_changes(poses, self._images, self._sources, self._changes)
+        add = product_kernel(self.law.source, self._parallel)
+        add(self._sources, self._changes, self.radius, self._images, inner, self.reach, twists)

@@ -91,6 +91,19 @@ RELEASES: dict[str, dict[str, ModeRoutines]] = {
 }
 """The routines of each mode, by release of PyStokes."""
 
+PI = {"2.3.2": 3.14159265359}
+"""π as a release has it in its mobilities, which are too small by the ratio of the two."""
+
+_LINEAR, _ANGULAR = slice(0, 3), slice(3, 6)
+
+MOBILITIES = {
+    "mobilityTT": (_LINEAR, _LINEAR),
+    "mobilityTR": (_LINEAR, _ANGULAR),
+    "mobilityRT": (_ANGULAR, _LINEAR),
+    "mobilityRR": (_ANGULAR, _ANGULAR),
+}
+"""Which part of the twists each routine returns, and which part of the wrenches it acts on."""
+
 COMPONENTS = {
     1: ("x", "y", "z"),
     2: ("xx", "yy", "xy", "xz", "yz"),
@@ -160,8 +173,43 @@ def twists(
     return velocities.T.copy(), spins.T.copy()
 
 
+def mobility(
+    positions: Array, wrenches: Array, neighbours: int | str, radius: float, viscosity: float
+) -> Array:
+    """(v, ω)_i = Σ_j μ_ij · (F, T)_j with the mobilities of Rotne, Prager and Yamakawa.
+
+    Parameters
+    ----------
+    positions, wrenches
+        Centres ``(N, 3)`` of an open chain, and the force and torque on each sphere ``(N, 6)``.
+    neighbours
+        How far along the chain the sum goes: a number of neighbours on either side, or ``"all"``.
+    radius, viscosity
+        Of the spheres and of the fluid.
+
+    Returns
+    -------
+    Twists ``(N, 6)`` in the lab, with what each wrench does to its own sphere.
+
+    Raises
+    ------
+    BackendError
+        Two spheres within reach overlap, for which PyStokes has no mobility; and as
+        :func:`twists`.
+    """
+    release = _verified(_library().__version__)
+    centres = np.array(positions, dtype=np.float64).T
+    wrenches = np.array(wrenches, dtype=np.float64).T
+    _refuse_overlap(centres, neighbours, radius)
+    result = np.zeros_like(wrenches)
+    for method, (quantity, cause) in MOBILITIES.items():
+        output = _sum_mobility(method, centres, wrenches[cause], neighbours, radius, viscosity)
+        result[quantity] += output * (PI[release] / np.pi)
+    return result.T.copy()
+
+
 def check(version: str | None = None) -> None:
-    """|PyStokes − closed form| ≤ 10⁻¹² |closed form| for each row of the table, on one pair.
+    """|PyStokes − closed form| ≤ 10⁻¹² |closed form| for each routine of the tables, on one pair.
 
     ``version`` is the release whose table is checked, by default that of the installed PyStokes.
     Raises :class:`~nrchain.errors.BackendError`, with the ratios and misfits measured, when there
@@ -169,12 +217,14 @@ def check(version: str | None = None) -> None:
     """
     version = _library().__version__ if version is None else version
     latest = list(RELEASES)[-1]
+    known = version if version in RELEASES else latest
     measured = [
         _measure(label, mode, quantity)
-        for label, mode in RELEASES.get(version, RELEASES[latest]).items()
+        for label, mode in RELEASES[known].items()
         for quantity in ("velocity", "finite_size", "spin")
         if getattr(mode, quantity) is not None
     ]
+    measured += [_measure_mobility(method, PI[known]) for method in MOBILITIES]
     if version not in RELEASES:
         verdict = f"is a release whose factors are unknown (known: {', '.join(RELEASES)})"
     elif not all(agrees for agrees, _ in measured):
@@ -216,11 +266,7 @@ def _sum(
 ) -> Array:
     """Σ output / b^p over the spheres in reach of each, ``(3, N)``."""
     count = centres.shape[1]
-    if neighbours == "all" or int(neighbours) >= count - 1:
-        size, groups = count, [slice(None)]
-    else:
-        gaps = range(1, int(neighbours) + 1)
-        size, groups = 2, [slice(i, i + m + 1, m) for m in gaps for i in range(count - m)]
+    size, groups = _groups(count, neighbours)
     handed = routine.size * radius
     method = getattr(_rbm(size, handed, viscosity), routine.method)
     total = np.zeros((3, count))
@@ -230,6 +276,52 @@ def _sum(
         method(output, centres[:, group].flatten(), tensor[:, group].flatten())
         total[:, group] += output.reshape(3, size)
     return total / handed**routine.power
+
+
+def _sum_mobility(
+    method: str,
+    centres: Array,
+    causes: Array,
+    neighbours: int | str,
+    radius: float,
+    viscosity: float,
+) -> Array:
+    """Output of a mobility routine, ``(3, N)``.
+
+    Each group returns its spheres' own part as well. It is known from one sphere shown by itself.
+    """
+    size, groups = _groups(centres.shape[1], neighbours)
+    routine, alone = (getattr(_rbm(n, radius, viscosity), method) for n in (size, 1))
+    own = np.zeros(3)
+    alone(own, np.zeros(3), np.ones(3))
+    total = own[:, None] * causes
+    for group in groups:
+        output = np.zeros(3 * size)
+        routine(output, centres[:, group].flatten(), causes[:, group].flatten())
+        total[:, group] += output.reshape(3, size) - own[:, None] * causes[:, group]
+    return total
+
+
+def _groups(count: int, neighbours: int | str) -> tuple[int, list[slice]]:
+    """How many spheres to show PyStokes at a time, and which: all of them, or pair by pair."""
+    if neighbours == "all" or int(neighbours) >= count - 1:
+        return count, [slice(None)]
+    gaps = range(1, int(neighbours) + 1)
+    return 2, [slice(i, i + m + 1, m) for m in gaps for i in range(count - m)]
+
+
+def _refuse_overlap(centres: Array, neighbours: int | str, radius: float) -> None:
+    count = centres.shape[1]
+    gaps = count - 1 if neighbours == "all" else min(int(neighbours), count - 1)
+    for m in range(1, gaps + 1):
+        distances = np.linalg.norm(centres[:, m:] - centres[:, :-m], axis=0)
+        if np.any(distances < 2 * radius):
+            i = int(np.argmin(distances))
+            raise BackendError(
+                f"spheres {i} and {i + m} are {distances[i]:.6g} apart, less than two radii of "
+                f"{radius:.6g}: PyStokes has no mobility of overlapping spheres; use the native "
+                "backend"
+            )
 
 
 def _rbm(particles: int, radius: float, viscosity: float) -> Any:
@@ -284,12 +376,50 @@ def _measure(label: str, mode: ModeRoutines, quantity: str) -> tuple[bool, str]:
         for i, j in ((0, 1), (1, 0)):
             law = _closed_form(label, quantity, centres[i] - centres[j], axes[j], radius)
             laws.append(strengths[j] * law)
+    return _compare(name, outputs, laws, routine.ratio)
+
+
+def _measure_mobility(method: str, pi: float) -> tuple[bool, str]:
+    """Whether a mobility routine returns μ at two radii, and in words what was found."""
+    centres = np.array([[0.0, 0.0, 0.0], [1.7, -2.1, 1.3]])
+    causes = np.array([[1.1, -0.7, 0.4], [0.3, 0.9, -1.2]])
+    outputs, laws = [], []
+    for radius in (1.0, 0.6):
+        try:
+            output = _sum_mobility(method, centres.T, causes.T, "all", radius, viscosity=1.3)
+        except (AttributeError, TypeError, ValueError) as error:
+            return False, f"{method} fails: {error}"
+        outputs.append(output.T * (pi / np.pi))
+        for i, j in ((0, 1), (1, 0)):
+            own, pair = _mobility_of_a_pair(method, centres[i] - centres[j], radius, 1.3)
+            laws.append(own * causes[i] + pair @ causes[j])
+    return _compare(method, outputs, laws, Fraction(1))
+
+
+def _compare(name: str, outputs: Any, laws: Any, known: Fraction) -> tuple[bool, str]:
+    """Whether outputs are ``known`` times the laws, and in words what was found."""
     found, expected = np.ravel(outputs), np.ravel(laws)
     ratio, scale = found @ expected / (expected @ expected), np.max(np.abs(expected))
     misfit = np.max(np.abs(found - ratio * expected)) / scale
-    deviation = np.max(np.abs(found - float(routine.ratio) * expected)) / scale
-    text = f"{name} {ratio:.6g} where {routine.ratio} is known, misfit {misfit:.0e}"
-    return bool(deviation <= TOLERANCE * abs(routine.ratio)), text
+    deviation = np.max(np.abs(found - float(known) * expected)) / scale
+    text = f"{name} {ratio:.6g} where {known} is known, misfit {misfit:.0e}"
+    return bool(deviation <= TOLERANCE * abs(known)), text
+
+
+def _mobility_of_a_pair(
+    method: str, separation: Array, radius: float, viscosity: float
+) -> tuple[float, Array]:
+    """A sphere's own mobility and the matrix of a pair: Rotne, Prager and Yamakawa, apart."""
+    r = float(np.linalg.norm(separation))
+    n, a = separation / r, radius
+    nn, unit = np.outer(n, n), np.eye(3)
+    scale = 1.0 / (8 * np.pi * viscosity)
+    if method == "mobilityTT":
+        pair = ((1 + 2 * a**2 / (3 * r**2)) * unit + (1 - 2 * a**2 / r**2) * nn) / r
+        return 4 * scale / (3 * a), scale * pair
+    if method == "mobilityRR":
+        return scale / a**3, scale * (3 * nn - unit) / (2 * r**3)
+    return 0.0, scale * np.cross(unit, n).T / r**2
 
 
 def _closed_form(label: str, quantity: str, separation: Array, axis: Array, radius: float) -> Array:

@@ -9,43 +9,25 @@ from functools import cache
 import numpy as np
 import pystokes
 import pytest
+from hydrodynamics.reference import (
+    LABELS,
+    SPIN,
+    VELOCITY,
+    assert_close,
+    law,
+    mobility,
+    sum_law,
+)
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nrchain.errors import BackendError, SceneError
 from nrchain.hydrodynamics import pystokes as backend
 
-LABELS = ("2s", "3a", "3t", "4a")
-VELOCITY = {
-    "2s": lambda a, r, c, n, e: 7 * a**2 / (6 * r**2) * (3 * c**2 - 1) * n,
-    "3a": lambda a, r, c, n, e: 13 * a**3 / (12 * r**3) * c * np.cross(e, n),
-    "3t": lambda a, r, c, n, e: -(a**3) / (5 * r**3) * (e - 3 * c * n),
-    "4a": lambda a, r, c, n, e: 363 * a**4 / (40 * r**4) * (1 - 5 * c**2) * np.cross(e, n),
-}
-SPIN = {
-    "2s": lambda a, r, c, n, e: 7 * a**2 / (2 * r**3) * c * np.cross(e, n),
-    "3a": lambda a, r, c, n, e: 13 * a**3 / (24 * r**4) * ((5 * c**2 - 1) * n - 2 * c * e),
-    "3t": lambda a, r, c, n, e: np.zeros(3),
-    "4a": lambda a, r, c, n, e: (
-        363 * a**4 / (80 * r**5) * (-3 * e + 15 * (c * n + c**2 * e) - 35 * c**3 * n)
-    ),
-}
-
-
-def law(laws, label, separation, axis, radius):
-    r = np.linalg.norm(separation)
-    n = separation / r
-    return laws[label](radius, r, axis @ n, n, axis)
-
 
 def reference(laws, label, positions, axes, strengths, neighbours, radius):
-    total = np.zeros_like(positions)
-    for i in range(len(positions)):
-        for j in range(len(positions)):
-            if i != j and (neighbours == "all" or abs(i - j) <= neighbours):
-                separation = positions[i] - positions[j]
-                total[i] += strengths[j] * law(laws, label, separation, axes[j], radius)
-    return total
+    reach = len(positions) - 1 if neighbours == "all" else neighbours
+    return sum_law(laws, label, positions, axes, strengths, reach, radius)
 
 
 def pose(rng, count, radius):
@@ -67,11 +49,6 @@ def evaluate(label, positions, axes, strengths, *, neighbours="all", radius=1.0,
         finite_size=finite_size,
         labels=[label],
     )
-
-
-def assert_close(found, expected, tolerance=1e-12):
-    scale = np.abs(expected).max()
-    np.testing.assert_allclose(found, expected, rtol=0, atol=tolerance * scale)
 
 
 @pytest.mark.parametrize("label", LABELS)
@@ -294,6 +271,42 @@ def test_a_sum_that_does_not_fit_in_memory_says_how_much_it_needs(monkeypatch):
     monkeypatch.setattr(pystokes.unbounded, "Rbm", refuse)
     with pytest.raises(BackendError, match=r"needs 6\.48e-07 GB to sum over all pairs of 3"):
         evaluate("2s", *state)
+
+
+@pytest.mark.parametrize("radius", [0.3, 1.0, 2.7])
+@pytest.mark.parametrize("neighbours", [1, 3, "all"])
+def test_mobilities_are_their_closed_forms(radius, neighbours):
+    rng = np.random.default_rng(18)
+    positions = pose(rng, 6, radius)[0]
+    wrenches = rng.normal(size=(6, 6))
+    reach = 5 if neighbours == "all" else neighbours
+    expected = mobility(positions, reach, radius, 1.3) @ wrenches.ravel()
+    found = backend.mobility(positions, wrenches, neighbours, radius, 1.3)
+    assert_close(found, expected.reshape(6, 6), 2e-15)
+
+
+def test_mobility_of_a_lone_sphere():
+    found = backend.mobility(np.zeros((1, 3)), np.ones((1, 6)), "all", 2.0, 1.0)
+    expected = [1 / (12 * np.pi)] * 3 + [1 / (64 * np.pi)] * 3
+    np.testing.assert_allclose(found, [expected], rtol=1e-15)
+
+
+@pytest.mark.parametrize("neighbours", [2, "all"])
+def test_overlapping_spheres_are_refused(neighbours):
+    positions = np.array([[0.0, 0, 0], [5, 0, 0], [0, 1.9, 0], [20, 0, 0]])
+    with pytest.raises(BackendError, match=r"spheres 0 and 2 are 1\.9 apart.*native"):
+        backend.mobility(positions, np.ones((4, 6)), neighbours, 1.0, 1.0)
+    backend.mobility(positions, np.ones((4, 6)), 1, 1.0, 1.0)
+
+
+def test_the_check_finds_a_wrong_mobility(monkeypatch):
+    monkeypatch.setitem(backend.PI, "2.3.2", 3.1415926536)
+    with pytest.raises(BackendError, match=r"mobilityRR 1 where 1 is known, misfit"):
+        backend.check()
+    monkeypatch.undo()
+    monkeypatch.setitem(backend.MOBILITIES, "mobilityXX", backend.MOBILITIES["mobilityTT"])
+    with pytest.raises(BackendError, match="mobilityXX fails"):
+        backend.check()
 
 
 def test_importing_the_backend_does_not_import_the_library():

@@ -1,0 +1,338 @@
+"""v_i = Σ_j μᵀᵀ·F_j + μᵀᴿ·T_j, ω_i = Σ_j μᴿᵀ·F_j + μᴿᴿ·T_j: friction between spheres.
+
+The mobilities are those of Rotne, Prager and Yamakawa for equal spheres, with ρ = r/a, n the unit
+vector from the acting to the feeling sphere, f = F/6πηa and τ = T/8πηa²:
+
+    v   = A f + B n (n·f) + C τ × n
+    a ω = ¾C f × n + D τ + E n (n·τ)
+
+           ρ > 2               ρ < 2 (overlapping)
+    A      3/4ρ + 1/2ρ³        1 − 9ρ/32
+    B      3/4ρ − 3/2ρ³        3ρ/32
+    C      1/ρ²                ρ/2 − 3ρ²/16
+    D      −1/2ρ³              1 − 27ρ/32 + 5ρ³/64
+    E      3/2ρ³               9ρ/32 − 3ρ³/64
+
+and v = f, a ω = τ of a sphere by itself, which is the limit ρ → 0. All five have a continuous
+slope at ρ = 2, and the matrix of all pairs is positive definite for any positions at which no two
+spheres coincide. Cut at a reach along the chain it need not be, when spheres nearly touch.
+
+Source: Wajnryb, Mizerski, Zuk & Szymczak, J. Fluid Mech. 731 (2013) R3, Eqs. (1)-(4). Pair
+terms are exact to (a/r)³: what lubrication and reflections add is of order (a/r)⁴.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+from numba import prange
+
+from nrchain._compile import kernel
+from nrchain.hydrodynamics.pairs import PARALLEL_PAIRS, compile_sum
+
+COINCIDENT = 1e-80
+"""Added to (r/a)²: it gives spheres at one place a finite distance, and no others notice."""
+
+
+@kernel
+def _mobility(s, rho):
+    """A, B, C, D, E at ρ = 1/s. Both columns are evaluated, so that loops stay free of branches."""
+    s2, rho2 = s * s, rho * rho
+    s3, rho3 = s2 * s, rho2 * rho
+    apart = rho > 2.0
+    return (
+        0.75 * s + 0.5 * s3 if apart else 1.0 - 9 / 32 * rho,
+        0.75 * s - 1.5 * s3 if apart else 3 / 32 * rho,
+        s2 if apart else 0.5 * rho - 3 / 16 * rho2,
+        -0.5 * s3 if apart else 1.0 - 27 / 32 * rho + 5 / 64 * rho3,
+        1.5 * s3 if apart else 9 / 32 * rho - 3 / 64 * rho3,
+    )
+
+
+@kernel
+def _slopes(s, rho):
+    """ρ ∂/∂ρ of A, B, C, D, E."""
+    s2, rho2 = s * s, rho * rho
+    s3, rho3 = s2 * s, rho2 * rho
+    apart = rho > 2.0
+    return (
+        -0.75 * s - 1.5 * s3 if apart else -9 / 32 * rho,
+        -0.75 * s + 4.5 * s3 if apart else 3 / 32 * rho,
+        -2.0 * s2 if apart else 0.5 * rho - 3 / 8 * rho2,
+        1.5 * s3 if apart else -27 / 32 * rho + 15 / 64 * rho3,
+        -4.5 * s3 if apart else 9 / 32 * rho - 9 / 64 * rho3,
+    )
+
+
+@kernel
+def _act(a, b, c, n, own, other):
+    """a own + b n (n·own) + c other × n."""
+    along = b * (n[0] * own[0] + n[1] * own[1] + n[2] * own[2])
+    return (
+        a * own[0] + along * n[0] + c * (other[1] * n[2] - other[2] * n[1]),
+        a * own[1] + along * n[1] + c * (other[2] * n[0] - other[0] * n[2]),
+        a * own[2] + along * n[2] + c * (other[0] * n[1] - other[1] * n[0]),
+    )
+
+
+@kernel
+def _act_change(coefficients, slopes, n, d, own, d_own, other, d_other):
+    """Change of :func:`_act` when r changes by r d: n by d − (n·d) n, and ρ by ρ n·d."""
+    a, b, c = coefficients
+    stretch = n[0] * d[0] + n[1] * d[1] + n[2] * d[2]
+    da, db, dc = slopes[0] * stretch, (slopes[1] - 2.0 * b) * stretch, (slopes[2] - c) * stretch
+    n_own = n[0] * own[0] + n[1] * own[1] + n[2] * own[2]
+    along = db * n_own + b * (d[0] * own[0] + d[1] * own[1] + d[2] * own[2])
+    along += b * (n[0] * d_own[0] + n[1] * d_own[1] + n[2] * d_own[2])
+    across = b * n_own
+    p0, p1, p2 = c * other[0], c * other[1], c * other[2]
+    q0, q1, q2 = c * d_other[0], c * d_other[1], c * d_other[2]
+    q0, q1, q2 = q0 + dc * other[0], q1 + dc * other[1], q2 + dc * other[2]
+    r0 = q1 * n[2] - q2 * n[1] + p1 * d[2] - p2 * d[1]
+    r1 = q2 * n[0] - q0 * n[2] + p2 * d[0] - p0 * d[2]
+    r2 = q0 * n[1] - q1 * n[0] + p0 * d[1] - p1 * d[0]
+    return (
+        a * d_own[0] + da * own[0] + along * n[0] + across * d[0] + r0,
+        a * d_own[1] + da * own[1] + along * n[1] + across * d[1] + r1,
+        a * d_own[2] + da * own[2] + along * n[2] + across * d[2] + r2,
+    )
+
+
+@kernel
+def _sum_twists(sources, radius, me, first, last):
+    """Σ_j (v, a ω) at sphere ``me``, over j in [first, last).
+
+    The rows of ``sources`` are r, f and τ. They are read as stretches from their start, which is
+    what lets the compiler vectorise the loop.
+    """
+    x, y, z = sources[0, first:last], sources[1, first:last], sources[2, first:last]
+    f0, f1, f2 = sources[3, first:last], sources[4, first:last], sources[5, first:last]
+    t0, t1, t2 = sources[6, first:last], sources[7, first:last], sources[8, first:last]
+    shrink, nowhere = 1.0 / radius, COINCIDENT * radius * radius
+    v0 = v1 = v2 = w0 = w1 = w2 = 0.0
+    for j in range(last - first):
+        x0, x1, x2 = sources[0, me] - x[j], sources[1, me] - y[j], sources[2, me] - z[j]
+        distance = np.sqrt(x0 * x0 + x1 * x1 + x2 * x2 + nowhere)
+        inverse = 1.0 / distance
+        n = (x0 * inverse, x1 * inverse, x2 * inverse)
+        a, b, c, d, e = _mobility(radius * inverse, distance * shrink)
+        f, t = (f0[j], f1[j], f2[j]), (t0[j], t1[j], t2[j])
+        v, w = _act(a, b, c, n, f, t), _act(d, e, 0.75 * c, n, t, f)
+        v0, v1, v2 = v0 + v[0], v1 + v[1], v2 + v[2]
+        w0, w1, w2 = w0 + w[0], w1 + w[1], w2 + w[2]
+    return v0, v1, v2, w0, w1, w2
+
+
+@kernel
+def _sum_changes(sources, changes, radius, me, first, last):
+    """Change of :func:`_sum_twists` with ``changes`` of the rows of ``sources``."""
+    x, y, z = sources[0, first:last], sources[1, first:last], sources[2, first:last]
+    f0, f1, f2 = sources[3, first:last], sources[4, first:last], sources[5, first:last]
+    t0, t1, t2 = sources[6, first:last], sources[7, first:last], sources[8, first:last]
+    dx, dy, dz = changes[0, first:last], changes[1, first:last], changes[2, first:last]
+    df0, df1, df2 = changes[3, first:last], changes[4, first:last], changes[5, first:last]
+    dt0, dt1, dt2 = changes[6, first:last], changes[7, first:last], changes[8, first:last]
+    shrink, nowhere = 1.0 / radius, COINCIDENT * radius * radius
+    v0 = v1 = v2 = w0 = w1 = w2 = 0.0
+    for j in range(last - first):
+        x0, x1, x2 = sources[0, me] - x[j], sources[1, me] - y[j], sources[2, me] - z[j]
+        distance = np.sqrt(x0 * x0 + x1 * x1 + x2 * x2 + nowhere)
+        inverse = 1.0 / distance
+        n = (x0 * inverse, x1 * inverse, x2 * inverse)
+        y0, y1, y2 = changes[0, me] - dx[j], changes[1, me] - dy[j], changes[2, me] - dz[j]
+        dr = (y0 * inverse, y1 * inverse, y2 * inverse)
+        s, rho = radius * inverse, distance * shrink
+        a, b, c, d, e = _mobility(s, rho)
+        da, db, dc, dd, de = _slopes(s, rho)
+        f, t = (f0[j], f1[j], f2[j]), (t0[j], t1[j], t2[j])
+        df, dt = (df0[j], df1[j], df2[j]), (dt0[j], dt1[j], dt2[j])
+        v = _act_change((a, b, c), (da, db, dc), n, dr, f, df, t, dt)
+        w = _act_change((d, e, 0.75 * c), (dd, de, 0.75 * dc), n, dr, t, dt, f, df)
+        v0, v1, v2 = v0 + v[0], v1 + v[1], v2 + v[2]
+        w0, w1, w2 = w0 + w[0], w1 + w[1], w2 + w[2]
+    return v0, v1, v2, w0, w1, w2
+
+
+@cache
+def _twist_kernel(parallel: bool):
+    """Compile the sum over all: see :meth:`PairFriction.apply`."""
+
+    def add_twists(sources, radius, images, reach, twists):
+        for i in prange(twists.shape[0]):
+            me = i + images
+            first, last = max(0, me - reach), min(sources.shape[1], me + reach + 1)
+            before = _sum_twists(sources, radius, me, first, me)
+            after = _sum_twists(sources, radius, me, me + 1, last)
+            for k in range(3):
+                twists[i, k] += sources[3 + k, me] + before[k] + after[k]
+                twists[i, 3 + k] += (sources[6 + k, me] + before[3 + k] + after[3 + k]) / radius
+
+    return compile_sum(add_twists, parallel)
+
+
+@cache
+def _product_kernel(parallel: bool):
+    """Compile its derivative along a change: see :meth:`PairFriction.add_product`."""
+
+    def add_product(sources, changes, radius, images, reach, twists):
+        for i in prange(twists.shape[0]):
+            me = i + images
+            first, last = max(0, me - reach), min(sources.shape[1], me + reach + 1)
+            before = _sum_changes(sources, changes, radius, me, first, me)
+            after = _sum_changes(sources, changes, radius, me, me + 1, last)
+            for k in range(3):
+                twists[i, k] += changes[3 + k, me] + before[k] + after[k]
+                twists[i, 3 + k] += (changes[6 + k, me] + before[3 + k] + after[3 + k]) / radius
+
+    return compile_sum(add_product, parallel)
+
+
+@kernel
+def _columns(sources, changes, units, radius, me, j, columns):
+    """columns (6, 9) = ∂(v, ω)/∂(r, F, T): of sphere ``me`` with those of j, also where j is me."""
+    columns[:] = 0.0
+    if j == me:
+        for k in range(3):
+            columns[k, 3 + k] = units[1]
+            columns[3 + k, 6 + k] = units[2] / radius
+        return
+    for column in range(9):
+        changes[column, j] = units[column // 3]
+        twist = _sum_changes(sources, changes, radius, me, j, j + 1)
+        changes[column, j] = 0.0
+        for row in range(6):
+            columns[row, column] = twist[row] if row < 3 else twist[row] / radius
+
+
+@kernel
+def _add_blocks(sources, changes, units, radius, images, near, wrench_blocks, blocks):
+    """blocks += μ·∂W + ∂μ·W of the pairs within ``near``: see :meth:`PairFriction.add_jacobian`."""
+    count, width = blocks.shape[0], blocks.shape[1]
+    columns = np.empty((6, 9))
+    changes[:] = 0.0
+    for i in range(count):
+        me = i + images
+        for j in range(max(0, me - near), min(sources.shape[1], me + near + 1)):
+            _columns(sources, changes, units, radius, me, j, columns)
+            place = width // 2 + j - me
+            for row in range(6):
+                for k in range(3):
+                    blocks[i, place, row, k] += columns[row, k]
+                    blocks[i, width // 2, row, k] -= columns[row, k]
+            place -= wrench_blocks.shape[1] // 2
+            for m in range(max(0, -place), min(wrench_blocks.shape[1], width - place)):
+                wrench_block = wrench_blocks[(j - images) % count, m]
+                _add_matrix_product(columns[:, 3:], wrench_block, blocks[i, place + m])
+
+
+@kernel
+def _add_matrix_product(first, second, out):
+    for p in range(6):
+        for q in range(6):
+            total = 0.0
+            for k in range(6):
+                total += first[p, k] * second[k, q]
+            out[p, q] += total
+
+
+@kernel
+def _lay_out(vectors, wrenches, units, period, images, rows):
+    """The rows r, f and τ, with periodic copies on either side; or those of their changes."""
+    count = vectors.shape[0]
+    for slot in range(rows.shape[1]):
+        image = (slot - images) // count
+        sphere = slot - images - image * count
+        for k in range(3):
+            rows[k, slot] = vectors[sphere, k]
+            rows[3 + k, slot] = wrenches[sphere, k] * units[1]
+            rows[6 + k, slot] = wrenches[sphere, 3 + k] * units[2]
+        rows[0, slot] += image * period
+
+
+class PairFriction:
+    """The twists that wrenches on all spheres cause through the fluid, and their derivatives.
+
+    Parameters
+    ----------
+    count
+        Number of spheres N.
+    reach
+        How many places along the chain a force is felt; N − 1 or more on an open chain: all pairs.
+    radius, viscosity
+        a and η.
+    period
+        Length along x after which the chain repeats; 0 for an open chain.
+
+    Wrenches (F, T) and twists (v, ω) are (N, 6), in the lab. Nothing of size N × N is kept.
+    """
+
+    def __init__(
+        self, count: int, reach: int, radius: float, viscosity: float, period: float = 0.0
+    ) -> None:
+        self.count, self.radius, self.period = count, float(radius), float(period)
+        self.reach = reach if period else min(reach, count - 1)
+        translation = 1.0 / (6.0 * math.pi * viscosity * radius)
+        rotation = 1.0 / (8.0 * math.pi * viscosity * radius**2)
+        self._units = np.array([1.0, translation, rotation])
+        self._images = self.reach if period else 0
+        self._sources = np.empty((9, count + 2 * self._images))
+        self._changes = np.empty_like(self._sources)
+        self._parallel = self.reach * count * 2 > PARALLEL_PAIRS
+
+    def _place(self, positions: np.ndarray, wrenches: np.ndarray) -> None:
+        _lay_out(positions, wrenches, self._units, self.period, self._images, self._sources)
+
+    def apply(self, positions: np.ndarray, wrenches: np.ndarray, twists: np.ndarray) -> None:
+        """twists += μ·W: each sphere's own mobility and that of the pairs within reach."""
+        self._place(positions, wrenches)
+        add = _twist_kernel(self._parallel)
+        add(self._sources, self.radius, self._images, self.reach, twists)
+
+    def add_product(
+        self, poses: np.ndarray, wrench_changes: np.ndarray, twists: np.ndarray
+    ) -> None:
+        """twists += μ·δW + (∂μ·δr)·W, the change of :meth:`apply` with positions and wrenches.
+
+        ``poses`` (N, 6) is the change (δr, φ) of every pose, of which φ does not enter, and
+        ``wrench_changes`` (N, 6) is δW, about the positions and wrenches last passed to
+        :meth:`apply` or :meth:`add_jacobian`.
+        """
+        _lay_out(poses, wrench_changes, self._units, 0.0, self._images, self._changes)
+        add = _product_kernel(self._parallel)
+        add(self._sources, self._changes, self.radius, self._images, self.reach, twists)
+
+    def add_jacobian(
+        self,
+        positions: np.ndarray,
+        wrenches: np.ndarray,
+        wrench_blocks: np.ndarray,
+        blocks: np.ndarray,
+        near: int = 0,
+    ) -> None:
+        """blocks[i, w + m] += ∂(v, ω)_i / ∂(u, φ)_{i+m}, with μ cut to ``near`` places.
+
+        ``wrench_blocks`` (N, 2w' + 1, 6, 6) is ∂W_i / ∂(u, φ)_{i+m}. What falls outside the
+        2w + 1 blocks of a row is left out. With ``near`` = 0, μ is one-body: an approximation for
+        preconditioners, which misses the smooth flow of the others and no stiff local response.
+        """
+        self._place(positions, wrenches)
+        near = min(near, self.reach, blocks.shape[1] // 2)
+        _add_blocks(
+            self._sources,
+            self._changes,
+            self._units,
+            self.radius,
+            self._images,
+            near,
+            wrench_blocks,
+            blocks,
+        )
+
+    def matrix(self, positions: np.ndarray) -> np.ndarray:
+        """μ (6N, 6N), one column a unit wrench: for tests and small systems."""
+        columns = np.zeros((6 * self.count, self.count, 6))
+        for wrench, twists in zip(np.eye(6 * self.count), columns, strict=True):
+            self.apply(positions, wrench.reshape(-1, 6), twists)
+        return columns.reshape(6 * self.count, -1).T

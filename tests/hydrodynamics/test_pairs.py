@@ -1,0 +1,291 @@
+"""Slip flows summed by compiled loops, against the printed pair laws and against PyStokes."""
+
+import os
+import subprocess
+import sys
+
+import numba
+import numpy as np
+import pytest
+from hydrodynamics.reference import (
+    LABELS,
+    assert_close,
+    crooked_chain,
+    slip_twists,
+    stresslet_of_finite_spheres,
+    sum_law,
+)
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from poses import dense, pose_derivative
+
+from nrchain import slip_modes
+from nrchain.hydrodynamics import pair_law, pairs, pystokes
+from nrchain.hydrodynamics.pairs import SlipFlow
+from nrchain.slip_modes import SlipMode
+
+E1 = (1.0, 0.0, 0.0)
+
+
+def make_flow(labels, count, *, reach=None, radius=1.0, axes=None, seed=3, **options):
+    rng = np.random.default_rng(seed)
+    strengths = [rng.normal(size=count) for _ in labels]
+    flow = SlipFlow(
+        labels,
+        strengths,
+        axes or [E1] * len(labels),
+        count=count,
+        reach=count - 1 if reach is None else reach,
+        radius=radius,
+        **options,
+    )
+    return flow, strengths
+
+
+def evaluate(flow, positions, frames):
+    twists = np.zeros((len(positions), 6))
+    flow.add_twists(positions, frames, twists)
+    return twists
+
+
+def product(flow, positions, frames, poses, inner=0):
+    flow.add_twists(positions, frames, np.zeros((len(positions), 6)))
+    twists = np.zeros((len(positions), 6))
+    flow.add_product(poses, inner, twists)
+    return twists
+
+
+@pytest.mark.parametrize("label", LABELS)
+@pytest.mark.parametrize("radius", [0.3, 1.0, 2.7])
+@pytest.mark.parametrize("reach", [1, 3, 8])
+def test_each_mode_is_its_printed_law(label, radius, reach):
+    positions, frames = crooked_chain(np.random.default_rng(1), 9, radius)
+    flow, strengths = make_flow([label], 9, reach=reach, radius=radius)
+    expected = slip_twists([label], positions, [frames[:, 0]], strengths, reach, radius)
+    twists = evaluate(flow, positions, frames)
+    assert_close(twists[:, :3], expected[:, :3])
+    assert_close(twists[:, 3:], expected[:, 3:])
+
+
+@given(seed=st.integers(0, 2**32 - 1), exponent=st.floats(-9, 9), count=st.integers(2, 30))
+@settings(max_examples=40, deadline=None)
+def test_all_modes_together_at_any_scale(seed, exponent, count):
+    """More than a vector's width of spheres, and fewer, in units of any size."""
+    radius = 10.0**exponent
+    positions, frames = crooked_chain(np.random.default_rng(seed), count, radius)
+    flow, strengths = make_flow(LABELS, count, radius=radius, seed=seed)
+    axes = [frames[:, 0]] * len(LABELS)
+    expected = slip_twists(LABELS, positions, axes, strengths, count - 1, radius)
+    np.testing.assert_allclose(
+        evaluate(flow, positions, frames) * [1, 1, 1, radius, radius, radius],
+        expected * [1, 1, 1, radius, radius, radius],
+        rtol=0,
+        atol=1e-13 * max(np.abs(s).max() for s in strengths),
+    )
+
+
+def test_finite_size_is_that_of_the_stresslet():
+    positions, frames = crooked_chain(np.random.default_rng(2), 6, 0.8)
+    for label in LABELS:
+        flow, strengths = make_flow([label], 6, radius=0.8, finite_size=True)
+        state = positions, frames[:, 0], strengths[0], 5, 0.8
+        expected = slip_twists([label], positions, [state[1]], strengths, 5, 0.8)
+        if label == "2s":
+            expected[:, :3] = sum_law({"2s": stresslet_of_finite_spheres}, "2s", *state)
+        assert_close(evaluate(flow, positions, frames), expected)
+
+
+@pytest.mark.parametrize("finite_size", [False, True])
+@pytest.mark.parametrize("neighbours", [1, 3, "all"])
+@pytest.mark.parametrize("label", LABELS)
+def test_native_and_pystokes_agree(label, neighbours, finite_size):
+    radius = 1.4
+    positions, frames = crooked_chain(np.random.default_rng(4), 12, radius)
+    reach = 11 if neighbours == "all" else neighbours
+    flow, strengths = make_flow([label], 12, reach=reach, radius=radius, finite_size=finite_size)
+    velocities, spins = pystokes.twists(
+        positions,
+        [frames[:, 0]],
+        strengths,
+        neighbours=neighbours,
+        radius=radius,
+        viscosity=0.7,
+        finite_size=finite_size,
+        labels=[label],
+    )
+    twists = evaluate(flow, positions, frames)
+    assert_close(twists[:, :3], velocities, 1e-11)
+    assert_close(twists[:, 3:], spins, 1e-11)
+
+
+@pytest.mark.parametrize("finite_size", [False, True])
+@pytest.mark.parametrize("label", LABELS)
+def test_spin_is_half_the_curl_of_the_flow(label, finite_size):
+    positions, frames = crooked_chain(np.random.default_rng(5), 3, 1.0)
+    strengths = [np.array([1.3, -0.8, 0.0])]
+    flow = SlipFlow([label], strengths, [E1], count=3, reach=2, radius=1.0, finite_size=finite_size)
+
+    def velocity(positions, frames):
+        return evaluate(flow, positions, frames)[2, :3]
+
+    gradient = pose_derivative(velocity, positions, frames)[:, 2, :3]
+    half_curl = np.array([gradient[k - 1, k - 2] - gradient[k - 2, k - 1] for k in range(3)]) / 2
+    spin = evaluate(flow, positions, frames)[2, 3:]
+    np.testing.assert_allclose(spin, half_curl, rtol=0, atol=1e-8 * np.abs(gradient).max())
+    assert abs(np.trace(gradient)) <= 1e-8 * np.abs(gradient).max()
+
+
+def test_modes_act_each_along_its_own_axis():
+    positions, frames = crooked_chain(np.random.default_rng(6), 7, 1.0)
+    bodies = [(0.0, 2.0, 0.0), (1.0, -3.0, 0.5), E1, (0.0, 1.0, 0.0)]
+    flow, strengths = make_flow(LABELS, 7, reach=3, axes=bodies)
+    assert len(flow.law.axes) == 3
+    axes = [np.array(b) / np.linalg.norm(b) @ frames for b in bodies]
+    expected = slip_twists(LABELS, positions, axes, strengths, 3, 1.0)
+    assert_close(evaluate(flow, positions, frames), expected)
+
+
+def test_a_registered_mode_is_compiled_like_any_other(monkeypatch):
+    """A rotlet: u = V s² e × n, whose half curl is V s³ (3c n − e)/2a, read from one row."""
+    monkeypatch.setattr(slip_modes, "_MODES", dict(slip_modes._MODES))
+    slip_modes.register(SlipMode("1r", "rotlet", 1, True, True, {("x", 2): (1,)}))
+    positions, frames = crooked_chain(np.random.default_rng(7), 5, 1.7)
+    flow, strengths = make_flow(["1r", "3t"], 5, radius=1.7)
+    expected = slip_twists(["3t"], positions, [frames[:, 0]], strengths[1:], 4, 1.7)
+    rotlet = {"1r": lambda a, r, c, n, e: a**2 / r**2 * np.cross(e, n)}
+    half_curl = {"1r": lambda a, r, c, n, e: a**2 / r**3 * (3 * c * n - e) / 2}
+    state = "1r", positions, frames[:, 0], strengths[0], 4, 1.7
+    expected[:, :3] += sum_law(rotlet, *state)
+    expected[:, 3:] += sum_law(half_curl, *state)
+    assert_close(evaluate(flow, positions, frames), expected)
+
+
+@pytest.mark.parametrize(("reach", "period"), [(2, 0.0), (2, 22.0), (8, 22.0)])
+def test_blocks_and_products_are_derivatives(reach, period):
+    """At reach 8 a chain of seven meets images of itself, which move with it."""
+    count = 7
+    positions, frames = crooked_chain(np.random.default_rng(8), count, 0.9)
+    bodies = [E1, (0.0, 1.0, 0.0), E1, (1.0, 1.0, 1.0)]
+    flow, _ = make_flow(LABELS, count, reach=reach, radius=0.9, axes=bodies, period=period)
+    expected = pose_derivative(lambda r, e: evaluate(flow, r, e), positions, frames)
+
+    blocks = np.zeros((count, 2 * reach + 1, 6, 6))
+    flow.add_jacobian(positions, frames, blocks)
+    assert_close(dense(blocks, period > 0), expected, 1e-8)
+
+    poses = np.random.default_rng(9).normal(size=(count, 6))
+    change = product(flow, positions, frames, poses)
+    assert_close(change, np.einsum("ipjq,jq->ip", expected, poses), 1e-8)
+
+
+@pytest.mark.parametrize("inner", [0, 1, 3, 20])
+def test_product_of_the_far_pairs_completes_the_near_blocks(inner):
+    count = 12
+    positions, frames = crooked_chain(np.random.default_rng(10), count, 1.0)
+    flow, _ = make_flow(LABELS, count)
+    poses = np.random.default_rng(11).normal(size=(count, 6))
+    blocks = np.zeros((count, 2 * inner + 1, 6, 6))
+    flow.add_jacobian(positions, frames, blocks)
+    near = np.einsum("ipjq,jq->ip", dense(blocks, False), poses)
+    far = product(flow, positions, frames, poses, inner)
+    assert_close(near + far, product(flow, positions, frames, poses), 1e-13)
+    assert far.any() == (inner < count - 1)
+
+
+@pytest.mark.parametrize("reach", [1, 4, 9])
+def test_periodic_chains_feel_their_images(reach):
+    count, period = 4, 14.5
+    positions, frames = crooked_chain(np.random.default_rng(12), count, 1.0)
+    flow, strengths = make_flow(LABELS, count, reach=reach, period=period)
+    axes = [frames[:, 0]] * len(LABELS)
+    expected = slip_twists(LABELS, positions, axes, strengths, reach, 1.0, period)
+    assert_close(evaluate(flow, positions, frames), expected)
+
+
+def test_modes_without_strength_are_not_evaluated(monkeypatch):
+    positions, frames = crooked_chain(np.random.default_rng(13), 4, 1.0)
+    options = {"count": 4, "reach": 3, "radius": 1.0}
+    flow = SlipFlow(["2s", "4a"], [np.zeros(4), np.ones(4)], [E1, E1], **options)
+    assert flow.labels == ("4a",)
+    assert "3.5" not in flow.law.source
+    np.testing.assert_array_equal(flow.strengths, np.ones((1, 4)))
+
+    for compile_kernel in ("twist_kernel", "product_kernel", "block_kernel"):
+        monkeypatch.setattr(pairs, compile_kernel, lambda *_: pytest.fail("evaluated"))
+    still = SlipFlow(["2s", "4a"], [np.zeros(4)] * 2, [E1, E1], **options)
+    assert not still
+    blocks = np.zeros((4, 3, 6, 6))
+    still.add_jacobian(positions, frames, blocks)
+    assert not evaluate(still, positions, frames).any()
+    assert not product(still, positions, frames, np.ones((4, 6))).any()
+    assert not blocks.any()
+
+
+def test_results_do_not_depend_on_the_number_of_threads():
+    if numba.config.NUMBA_NUM_THREADS < 2:
+        pytest.skip("one thread only")
+    count = 301
+    positions, frames = crooked_chain(np.random.default_rng(14), count, 1.0)
+    flow, _ = make_flow(LABELS, count)
+    assert flow._parallel
+    poses = np.random.default_rng(15).normal(size=(count, 6))
+    results = []
+    before = numba.get_num_threads()
+    try:
+        for threads in (1, 2):
+            numba.set_num_threads(threads)
+            twists = evaluate(flow, positions, frames)
+            results.append((twists, product(flow, positions, frames, poses, 2)))
+    finally:
+        numba.set_num_threads(before)
+    np.testing.assert_array_equal(results[0], results[1])
+
+    flow._parallel = False
+    assert_close(evaluate(flow, positions, frames), results[0][0], 1e-14)
+
+
+def test_a_position_that_is_no_number_is_felt_by_all():
+    positions, frames = crooked_chain(np.random.default_rng(16), 40, 1.0)
+    flow, _ = make_flow(LABELS, 40)
+    positions[17, 1] = np.nan
+    assert np.isnan(evaluate(flow, positions, frames)).all()
+
+
+@pytest.mark.parametrize("name", ["sum_twists", "sum_changes"])
+def test_the_loop_over_pairs_is_vectorised(name):
+    """Several pairs at a time, read side by side: the speed of all-pairs sums rests on it."""
+    law = pair_law.PairLaw.of(["2s", "3t"], [E1, E1])
+    function = pair_law._compiled(law.source, name)
+    rows = numba.float64[:, ::1]
+    tables = (rows,) if name == "sum_twists" else (rows, rows)
+    function.compile((*tables, numba.float64, numba.int64, numba.int64, numba.int64))
+    (code,) = function.inspect_llvm().values()
+    assert "x double> @llvm.sqrt" in code
+    assert "gather" not in code
+
+
+def test_machine_code_is_found_again_by_another_process(tmp_path):
+    """Also when the first process needed it for one thread and the second for several."""
+    code = """
+import sys
+import numpy as np
+from nrchain.hydrodynamics.pairs import SlipFlow, twist_kernel
+count = int(sys.argv[1])
+flow = SlipFlow(["3t"], [np.ones(count)], [(1, 0, 0)], count=count, reach=count - 1, radius=1.0)
+positions = np.arange(3.0 * count).reshape(-1, 3)
+flow.add_twists(positions, np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 6)))
+stats = twist_kernel(flow.law.source, flow._parallel).stats
+print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))
+"""
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    runs = [
+        subprocess.run(
+            [sys.executable, "-c", code, count],
+            env=environment,
+            check=True,
+            capture_output=True,
+            text=True,
+        ).stdout.split()
+        for count in ("5", "5", "200", "200")
+    ]
+    assert runs == [["0", "1"], ["1", "0"], ["0", "1"], ["1", "0"]]
