@@ -1,0 +1,70 @@
+"""The studies by name, in the order of the report; each is imported when it is run.
+
+A study is a module with a docstring that states its question and where the answer comes from, and
+a function ``study(recorder)``. Adding one is adding a row here.
+"""
+
+from __future__ import annotations
+
+import importlib
+import time
+import traceback
+from dataclasses import dataclass
+
+from validation.recorder import Listener, Recorder
+
+
+@dataclass(frozen=True)
+class Study:
+    """Where a study is, and the line it is announced with."""
+
+    module: str
+    title: str
+
+
+STUDIES: dict[str, Study] = {
+    "pair_laws": Study(
+        "validation.pair_laws", "Pair laws: PyStokes, the closed forms and the paper, side by side"
+    ),
+    "rest": Study("validation.rest", "The chain at rest: prestress, pre-moment, V₀ and Ω₀"),
+}
+
+STYLE: dict[str, object] = {
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 4.5,
+    "figure.constrained_layout.use": True,
+}
+"""What figures of studies have beyond the style of the package's own pictures."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A study that has been run: what it took down, how long it took and what stopped it."""
+
+    recorder: Recorder
+    seconds: float
+    error: str
+
+    @property
+    def passed(self) -> bool:
+        return not self.recorder.failed
+
+
+def run_study(name: str, *, quick: bool = False, listener: Listener | None = None) -> Outcome:
+    """Run one study to its end; an exception becomes a failed check, with its message."""
+    recorder = Recorder(name, quick=quick, listener=listener)
+    begin, error = time.perf_counter(), ""
+    try:
+        from matplotlib import rc_context
+
+        from nrchain import plots
+
+        with rc_context(plots.STYLE | STYLE):
+            importlib.import_module(STUDIES[name].module).study(recorder)
+    except Exception as stop:
+        where = traceback.extract_tb(stop.__traceback__)[-1]
+        error = f"{type(stop).__name__}: {stop} ({where.name}, line {where.lineno})"
+        recorder.fail("the study runs to its end", error)
+    return Outcome(recorder, time.perf_counter() - begin, error)
