@@ -25,14 +25,6 @@ class TrajectoryError(NrchainError, OSError):
     """A trajectory file that is missing, not ours, damaged, or would be overwritten."""
 
 
-class RunStopped(NrchainError, RuntimeError):
-    """A run that cannot go on: carries the time it reached and the reason."""
-
-    def __init__(self, time: float, reason: str) -> None:
-        self.time, self.reason = time, reason
-        super().__init__(f"stopped at t = {time:.6g}: {reason}")
-
-
 def _shorten(value: object, limit: int = 80) -> str:
     text = repr(value)
     return text if len(text) <= limit else text[: limit - 1] + "…"

@@ -230,7 +230,7 @@ def _reduce(chain: StraightChain, soft: Complex, phases: np.ndarray) -> Complex:
 def _root(chain: StraightChain, phases: np.ndarray) -> Complex:
     """L of μ = L L†, which keeps the hands apart and along x from across, as μ does."""
     try:
-        return np.linalg.cholesky(chain.mobility(phases))
+        return np.linalg.cholesky(chain.mobility(phases)).astype(complex, copy=False)
     except np.linalg.LinAlgError:
         allowed = (
             "cut there, the mobility of spheres this close is not positive definite: name more"

@@ -103,8 +103,8 @@ class Model:
         reach = self._places(friction.neighbours)
         return PairFriction(self.count, reach, chain.radius, chain.viscosity, self.period)
 
-    def _places(self, neighbours: int | str) -> int:
-        return neighbours if isinstance(neighbours, int) else self.count - 1
+    def _places(self, neighbours: int | str) -> int | None:
+        return neighbours if isinstance(neighbours, int) else None
 
     def twists(
         self, positions: np.ndarray, frames: np.ndarray, out: np.ndarray | None = None
@@ -166,10 +166,9 @@ class Model:
 
         chain, friction = self._scene.chain, self._scene.friction
         held = np.flatnonzero(self.held)
-        reaches = friction.neighbours == "all" or np.ptp(held) <= self._places(friction.neighbours)
-        pair = PairFriction(
-            len(held), len(held) - 1 if reaches else 0, chain.radius, chain.viscosity
-        )
+        places = self._places(friction.neighbours)
+        reach = None if places is None or np.ptp(held) <= places else 0
+        pair = PairFriction(len(held), reach, chain.radius, chain.viscosity)
         mobility = pair.matrix(positions[held])
         return np.linalg.solve(mobility, -twists[held].ravel()).reshape(-1, 6)
 
@@ -249,7 +248,7 @@ class Model:
         ``poses`` is (u, φ) of every sphere, zero where it is held.
         """
         if self.slip:
-            self._slip_there.add_product(poses, 0, twists)
+            self._slip_there.add_product(poses, twists)
         if self._friction_there is None:
             changes = np.zeros((self.count, 6))
             self._add_elastic_product(poses, changes)

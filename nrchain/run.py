@@ -20,8 +20,8 @@ import numpy as np
 from nrchain.chain import closest_pair, initial_poses
 from nrchain.charts import TURN_LIMIT, ChartedChain
 from nrchain.errors import SceneError, TrajectoryError
+from nrchain.integrators import find_integrator
 from nrchain.integrators.base import IntegrationError, Integrator
-from nrchain.integrators.cvode import Cvode
 from nrchain.model import Model
 from nrchain.regime import warnings
 from nrchain.scene import Scene
@@ -114,11 +114,13 @@ class _Run:
         self.fresh_steps = 0
         if begin is None:
             self.time, self.next = 0.0, 0
+            self.restarted = 0.0
             self.chain.rebase(0.0, *poses)
             self._record(*poses)
             self._checkpoint()
         else:
             self.time, self.next = begin.time, begin.snapshot
+            self.restarted = begin.time
             self.chain.set_base(begin.time, begin.positions, begin.frames, begin.drift, begin.spin)
 
     @property
@@ -180,7 +182,7 @@ class _Run:
                 self.integrator.start(self.time, still)
 
     def _stalled(self) -> bool:
-        return self.time - self.chain.time < STALLED * self.times[-1]
+        return self.time - self.restarted < STALLED * self.times[-1]
 
     def _refuse_contact(self, positions: np.ndarray) -> None:
         distance, i, j = closest_pair(positions, self.model.period)
@@ -208,6 +210,7 @@ class _Run:
 
     def _checkpoint(self) -> None:
         self.fresh_steps = 0
+        self.restarted = self.time
         chain = self.chain
         self.recorder.checkpoint(
             Checkpoint(
@@ -230,7 +233,8 @@ def snapshot_times(scene: Scene) -> np.ndarray:
 def make_integrator(scene: Scene, chain: ChartedChain) -> Integrator:
     """The integrator of a scene: ``rtol`` of y, ``atol`` in sphere radii and radians."""
     pose = np.repeat([scene.run.atol * scene.chain.radius, scene.run.atol], 3)
-    return Cvode(chain, scene.run.end, scene.run.rtol, np.tile(pose, chain.dimension // 6))
+    scheme = find_integrator(scene.run.integrator)
+    return scheme(chain, scene.run.end, scene.run.rtol, np.tile(pose, chain.dimension // 6))
 
 
 def starting_poses(

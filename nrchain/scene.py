@@ -152,18 +152,13 @@ class Scene(Section):
         if not self.start.wavenumber.is_integer():
             allowed = "must be a whole number on a periodic chain, for the wave to fit its length"
             raise SceneError("start.wavenumber", self.start.wavenumber, allowed)
-        if self.slip.neighbours == "all":
-            allowed = (
-                "images of an all-pairs sum are not summed: name a number of neighbours, which may"
-                " exceed the number of spheres"
-            )
-            raise SceneError("slip.neighbours", self.slip.neighbours, allowed)
-        if self.slip.backend == "pystokes":
-            allowed = (
-                "sums no periodic images; periodic chains need 'native', or choose free or clamped"
-                " ends"
-            )
-            raise SceneError("slip.backend", self.slip.backend, allowed)
+        for spec in (self.slip, self.friction):
+            if spec.backend == "pystokes":
+                allowed = (
+                    "sums no periodic images; periodic chains need 'native', or choose free or"
+                    " clamped ends"
+                )
+                raise SceneError(spec.key("backend"), spec.backend, allowed)
 
     def _check_range(self) -> None:
         """Refuse numbers that are fine by themselves and leave the range of floats together."""

@@ -31,6 +31,7 @@ Ends = Literal["free", "clamped", "periodic"]
 Kind = Literal["one-body", "pairwise"]
 Measure = Literal["paper", "isotropic"]
 Backend = Literal["native", "pystokes"]
+Integrator = Literal["cvode", "radau", "scipy-bdf"]
 Shape = Literal["straight", "sine", "helix-left", "helix-right", "random"]
 
 PYSTOKES_MODES = ("2s", "3a", "3t", "4a")
@@ -228,10 +229,15 @@ class StartSpec(Section):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunSpec(Section):
-    """From t = 0 to ``end``, with snapshots at equal times, both ends among them."""
+    """From t = 0 to ``end``, with snapshots at equal times, both ends among them.
+
+    ``rtol`` and ``atol`` are tolerances per step, the latter in radii and radians; the error at the
+    end is some tens to some hundreds of times as large with the backward differences of ``cvode``.
+    """
 
     path: ClassVar[str] = "run"
     end: Annotated[float, number(above=0)]
     snapshots: Annotated[int, whole(least=2)] = 101
-    rtol: Annotated[float, number(least=1e-14, most=1e-1)] = 1e-6
-    atol: Annotated[float, number(above=0, most=1e-1)] = 1e-6
+    rtol: Annotated[float, number(least=1e-14, most=1e-1)] = 1e-7
+    atol: Annotated[float, number(above=0, most=1e-1)] = 1e-7
+    integrator: Annotated[Integrator, choice(Integrator)] = "cvode"

@@ -138,7 +138,7 @@ def test_a_mode_registered_in_one_place_works_everywhere(quadrupole):
     assert nrchain.simulate(scene).status == "completed"
     model = Model(nrchain.load_scene(scene, chain={"particles": 5, "ends": "free"}))
     blocks = np.zeros((5, 7, 6, 6))
-    model.add_jacobian(positions, frames, blocks)
+    model.linearise(positions, frames, blocks)
     numeric = pose_derivative(model.twists, positions, frames)
     assert blocks[2, 3] == pytest.approx(numeric[2, :, 2], abs=1e-7 * np.abs(numeric).max())
 

@@ -48,7 +48,8 @@ ONE_BODY, TWO_PLACES = {"kind": "one-body"}, {"kind": "pairwise", "neighbours": 
 CASES = [(ends, label, 1, ONE_BODY) for ends in ENDS for label in MODES]
 CASES += [(ends, "all modes", reach, ONE_BODY) for ends in ENDS for reach in (1, 3, 12)]
 CASES += [(ends, "all modes", reach, TWO_PLACES) for ends in ENDS for reach in (1, 12)]
-CASES += [(ends, "all modes", "all", {"kind": "pairwise"}) for ends in ("free", "clamped")]
+CASES += [(ends, "all modes", "all", {"kind": "pairwise"}) for ends in ENDS]
+CASES += [("periodic", "all modes", "all", ONE_BODY)]
 CASES += [("free", "no modes", 1, {"kind": "pairwise"})]
 
 

@@ -21,6 +21,7 @@ from nrchain.lattice import (
 )
 from nrchain.model import Model
 from nrchain.scene import load_scene
+from nrchain.straight_chain import StraightChain
 
 STRENGTHS = {"2s": 30.0, "3a": -400.0, "3t": 500.0, "4a": 3000.0}
 BASE = {"chain.particles": 10, "chain.spacing": 4.0, "run.end": 1.0, "elasticity.ratio": 1e4}
@@ -29,6 +30,10 @@ BASE = {"chain.particles": 10, "chain.spacing": 4.0, "run.end": 1.0, "elasticity
 def scene(modes=STRENGTHS, **changes):
     slips = {f"slip.{label}": value for label, value in modes.items()}
     return load_scene(BASE | slips | {key.replace("__", "."): v for key, v in changes.items()})
+
+
+def pairwise(neighbours):
+    return {"friction__kind": "pairwise", "friction__neighbours": neighbours}
 
 
 def rotation(vector):
@@ -72,9 +77,12 @@ def measured_operator(chain, phase, sphere=0):
     return operator
 
 
+@pytest.mark.parametrize("friction", [{}, pairwise(1), pairwise(23)])
 @pytest.mark.parametrize("neighbours", [1, 3, 14])
-def test_operator_is_the_derivative_of_the_periodic_chain(neighbours):
-    chain = scene(slip__neighbours=neighbours, slip__finite_size=True, chain__ends="periodic")
+def test_operator_is_the_derivative_of_the_periodic_chain(neighbours, friction):
+    chain = scene(
+        slip__neighbours=neighbours, slip__finite_size=True, chain__ends="periodic", **friction
+    )
     for n in (1, 4):
         phase = 2 * math.pi * n / 10
         expected = measured_operator(chain, phase)
@@ -111,6 +119,70 @@ def test_all_pairs_are_the_middle_of_a_long_open_chain():
     straight = twists_at(Model(chain), 4.0, np.zeros((801, 6)))[400]
     np.testing.assert_allclose(steady_velocity(chain), straight[:3], rtol=1e-5, atol=1e-12)
     np.testing.assert_allclose(steady_rotation(chain), straight[3:], rtol=1e-9, atol=1e-12)
+
+
+def test_friction_of_all_pairs_is_that_of_the_middle_of_a_long_open_chain():
+    """The ends are felt as the wave they cut off: 1/(N sin θ/2) of the 1/r of the mobility."""
+    chain = scene({}, chain__particles=1601, elasticity__ratio=1e14, **pairwise("all"))
+    phase = 1.3
+    expected = measured_operator(chain, phase, sphere=800)
+    operator = lattice_operator(chain, phase / 4.0)
+    np.testing.assert_allclose(operator, expected, atol=1e-3 * np.abs(expected).max())
+    one_body = lattice_operator(scene({}, elasticity__ratio=1e14, chain__particles=1601), phase / 4)
+    assert np.abs(operator - one_body).max() > 0.1 * np.abs(expected).max()
+
+
+def test_mobility_in_closed_form():
+    """Fourier sums of the Rotne–Prager–Yamakawa mobilities along a line, all pairs."""
+    a, d, theta = 1.0, 4.0, np.array([0.05, 0.7, 3.0])
+    m = np.arange(1, 100_001)[:, None]
+    first = -np.log(2 * np.sin(theta / 2))
+    third = (np.cos(m * theta) / m**3).sum(axis=0)
+    sines = (np.sin(m * theta) / m**2).sum(axis=0)
+    own, s = 1 / (6 * math.pi * a), a / d
+    along = own * (1 + 3 * s * first - 2 * s**3 * third)
+    across = own * (1 + 1.5 * s * first + s**3 * third)
+    turning = (1 - s**3 * third) / (8 * math.pi * a**3)
+    twisting = (1 + 2 * s**3 * third) / (8 * math.pi * a**3)
+    mobility = StraightChain(scene(**pairwise("all"))).mobility(theta)
+    diagonal = np.stack([along, across, across, twisting, turning, turning], axis=-1)
+    np.testing.assert_allclose(np.einsum("nii->ni", mobility), diagonal, rtol=1e-8)
+    turned = 2j * sines / (8 * math.pi * d**2)
+    np.testing.assert_allclose(mobility[:, 2, 4], turned, rtol=1e-8)
+    np.testing.assert_allclose(mobility, mobility.conj().swapaxes(-1, -2), atol=1e-17)
+    assert np.linalg.eigvalsh(mobility).min() > 0
+
+
+@pytest.mark.parametrize("neighbours", [2, "all"])
+def test_friction_between_spheres_changes_what_elasticity_does_and_not_slip(neighbours):
+    """Along x nothing couples: stretch and twist relax μ(q) times faster, and slip stays."""
+    q = np.array([1e-6, 0.02, 0.7])
+    chain, alone = scene(**pairwise(neighbours)), scene()
+    mobility = StraightChain(chain).mobility(q * 4.0) * chain.drag[0]
+    twisted = StraightChain(chain).mobility(q * 4.0) * chain.drag[1]
+    slip, passive = lattice_rates(scene(elasticity__ratio=None, elasticity__stretch=0.0,
+        elasticity__shear=1.0, elasticity__twist=0.0), q), lattice_rates(scene({}), q)  # fmt: skip
+    rates = lattice_rates(chain, q)
+    expected = passive[:, Branch.STRETCH] * mobility[:, 0, 0] + slip[:, Branch.STRETCH]
+    np.testing.assert_allclose(rates[:, Branch.STRETCH], expected, rtol=1e-12)
+    expected = passive[:, Branch.TWIST] * twisted[:, 3, 3]
+    np.testing.assert_allclose(rates[:, Branch.TWIST], expected, rtol=1e-12)
+    np.testing.assert_array_equal(steady_velocity(chain), steady_velocity(alone))
+
+
+def test_friction_of_all_pairs_has_no_part_at_zero_wavenumber():
+    rates = lattice_rates(scene(**pairwise("all")), [0.0, 1e-9])
+    assert np.isfinite(rates).all()
+    np.testing.assert_allclose(rates[0], rates[1], rtol=1e-6, atol=1e-5)
+
+
+def test_friction_that_is_not_dissipative_is_refused():
+    """Nearest neighbours alone, almost touching, squeezed against each other at θ = π."""
+    chain = scene({}, chain__spacing=2.01, **pairwise(1))
+    assert np.isfinite(lattice_rates(chain, 0.1)).all()
+    with pytest.raises(SceneError, match=r"friction\.neighbours.*positive definite"):
+        lattice_rates(chain, math.pi / 2.01)
+    assert np.isfinite(lattice_rates(scene({}, chain__spacing=2.01, **pairwise("all")), 1.5)).all()
 
 
 def test_all_pairs_are_the_limit_of_many_neighbours():
@@ -172,8 +244,9 @@ mode_strengths = st.fixed_dictionaries(
     st.sampled_from([1, 4, "all"]),
     st.floats(0.0, 1e5),
     st.floats(0.0, 1e5),
+    st.sampled_from([{}, pairwise(3), pairwise("all")]),
 )
-def test_branches(modes, phase, neighbours, stretch, shear):
+def test_branches(modes, phase, neighbours, stretch, shear, friction):
     """Rates are eigenvalues of the operator; signs of q, hands and frames are related as stated."""
     chain = scene(
         modes,
@@ -181,6 +254,7 @@ def test_branches(modes, phase, neighbours, stretch, shear):
         elasticity__ratio=None,
         elasticity__stretch=stretch,
         elasticity__shear=shear,
+        **friction,
     )
     q = np.array([phase, -phase, phase + 2 * math.pi]) / 4.0
     rates = lattice_rates(chain, q)
@@ -197,8 +271,9 @@ def test_branches(modes, phase, neighbours, stretch, shear):
     np.testing.assert_allclose(rates, spinning + shift, atol=1e-11 * (scale + abs(spin)))
 
 
+@pytest.mark.parametrize("friction", [{}, pairwise("all")])
 @pytest.mark.parametrize("neighbours", [1, "all"])
-def test_long_waves_tell_bending_from_shear(neighbours):
+def test_long_waves_tell_bending_from_shear(neighbours, friction):
     """For q → 0 bending is free, shear has a gap, and the rates do not care how stiff it is."""
     rates = {
         stiffness: lattice_rates(
@@ -207,12 +282,14 @@ def test_long_waves_tell_bending_from_shear(neighbours):
                 elasticity__ratio=None,
                 elasticity__stretch=stiffness,
                 elasticity__shear=stiffness,
+                **friction,
             ),
             [1e-4, 1e-2],
         )
         for stiffness in (1e8, 1e12, 1e15)
     }
-    gap = 1e8 * 4.0**2 / (8 * math.pi)
+    turning = StraightChain(scene(**friction)).mobility(np.zeros(1))[..., 4, 4].item().real
+    gap = 1e8 * 4.0**2 * turning
     assert rates[1e8][0, Branch.SHEAR_PLUS].real == pytest.approx(-gap, rel=1e-5)
     assert np.abs(rates[1e8][0, [Branch.BEND_PLUS, Branch.BEND_MINUS]]).max() < 0.02
     bend = [Branch.BEND_PLUS, Branch.BEND_MINUS, Branch.TWIST]
@@ -303,7 +380,5 @@ def test_what_is_no_uniform_chain_is_refused():
     np.testing.assert_array_equal(
         lattice_rates(same, [0.1]), lattice_rates(scene({"2s": 30.0}), [0.1])
     )
-    with pytest.raises(SceneError, match=r"friction\.kind"):
-        lattice_rates(scene(friction__kind="pairwise"), [0.1])
     with pytest.raises(SceneError, match="frame"):
         lattice_rates(same, [0.1], frame="moving")

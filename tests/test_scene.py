@@ -15,6 +15,7 @@ from nrchain.errors import SceneError
 from nrchain.scene import (
     ChainSpec,
     ElasticitySpec,
+    FrictionSpec,
     RunSpec,
     Scene,
     Slip,
@@ -47,7 +48,7 @@ REFUSALS = [
     ({"slip.neighbors": 1}, "slip.neighbors", "did you mean 'neighbours'"),
     ({"slip.modes": {}}, "slip.modes", "neighbours, finite_size, backend, 2s, 3a, 3t, 4a"),
     ({"slip.2s": {"strength": 1.0, "axes": [1, 0, 0]}}, "slip.2s.axes", "did you mean 'axis'"),
-    ({"zzz": 1}, "zzz", "there are chain, elasticity, slip, start, run, title"),
+    ({"zzz": 1}, "zzz", "there are chain, elasticity, slip, friction, start, run, title"),
     ({"chain.particles.x": 1}, "chain.particles.x", "chain.particles is not a table"),
     ({"chain": {3: 1}}, "chain.3", "keys are strings"),
     # missing keys
@@ -106,6 +107,7 @@ REFUSALS = [
     ({"start.seed": 2**63}, "start.seed", "below 2^63"),
     ({"run.end": 0}, "run.end", "above 0"),
     ({"run.snapshots": 1}, "run.snapshots", "at least 2"),
+    ({"run.integrator": "rk45"}, "run.integrator", "one of cvode, radau, scipy-bdf"),
     ({"run.rtol": 1e-15}, "run.rtol", "at least 1e-14 and at most 0.1"),
     ({"run.rtol": 0.2}, "run.rtol", "at least 1e-14 and at most 0.1"),
     ({"run.atol": 0.0}, "run.atol", "above 0 and at most 0.1"),
@@ -118,13 +120,17 @@ REFUSALS = [
     ({"elasticity.stretch": 1.0}, "elasticity.shear", "along with elasticity.stretch"),
     ({"elasticity.shear": 1.0}, "elasticity.stretch", "along with elasticity.shear"),
     ({**PERIODIC, "start.wavenumber": 1.5}, "start.wavenumber", "a whole number"),
-    ({**PERIODIC, "slip.neighbours": "all"}, "slip.neighbours", "may exceed the number"),
+    ({**PERIODIC, "friction.backend": "pystokes"}, "friction.backend", "no periodic images"),
+    ({"friction": "pairwize"}, "friction.kind", "did you mean 'pairwise'"),
+    ({"friction.neighbours": 0}, "friction.neighbours", "at least 1"),
+    ({"friction.backend": "none"}, "friction.backend", "one of native, pystokes"),
+    ({"friction": 3}, "friction", "must be a table"),
     ({**PERIODIC, "slip.backend": "pystokes"}, "slip.backend", "no periodic images"),
     # numbers that are too large or too small together
     ({"chain.spacing": 1e200}, "elasticity", "moduli beyond the range"),
     ({"elasticity.ratio": 1e300, "elasticity.bend": 1e300}, "elasticity", "moduli beyond"),
-    ({"chain.radius": 1e200, "chain.spacing": 1e201}, "chain", "friction beyond"),
-    ({"chain.radius": 1e-200}, "chain", "friction beyond"),
+    ({"chain.radius": 1e200, "chain.spacing": 1e201}, "chain", "drag beyond"),
+    ({"chain.radius": 1e-200}, "chain", "drag beyond"),
     ({"chain.particles": 2**62, "chain.spacing": 1e300, **EXPLICIT}, "chain", "length beyond"),
     (
         {"start.wavenumber": 1e308, "chain.spacing": 0.1, "chain.radius": 0.01},
@@ -151,7 +157,7 @@ def test_refused_with_key_value_and_what_is_allowed(changes, key, allowed):
 def test_every_key_has_a_refusal():
     keys = {
         spec.key(n)
-        for spec in (ChainSpec, ElasticitySpec, StartSpec, RunSpec)
+        for spec in (ChainSpec, ElasticitySpec, FrictionSpec, StartSpec, RunSpec)
         for n in spec.rules()
     }
     keys |= {SlipSpec.key(name) for name in SlipSpec.spellings()} | {"title"}
@@ -296,7 +302,7 @@ def scenes(draw):
         ),
         slip=SlipSpec(
             modes=draw(st.dictionaries(st.sampled_from(["2s", "3a", "3t", "4a"]), slips)),
-            neighbours=draw(st.integers(1, 9) if periodic else st.integers(1, 9) | st.just("all")),
+            neighbours=draw(st.integers(1, 9) | st.just("all")),
             finite_size=draw(st.booleans()),
             backend="native" if periodic else draw(st.sampled_from(["native", "pystokes"])),
         ),

@@ -27,6 +27,9 @@ STUDIES: dict[str, Study] = {
         "validation.pair_laws", "Pair laws: PyStokes, the closed forms and the paper, side by side"
     ),
     "rest": Study("validation.rest", "The chain at rest: prestress, pre-moment, V₀ and Ω₀"),
+    "continuum": Study(
+        "validation.continuum", "Continuum laws from simulation: growth rates and phase velocities"
+    ),
 }
 
 STYLE: dict[str, object] = {

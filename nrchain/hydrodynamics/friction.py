@@ -17,7 +17,7 @@ and v = f, a ω = τ of a sphere by itself, which is the limit ρ → 0. All fiv
 slope at ρ = 2, and the matrix of all pairs is positive definite for any positions at which no two
 spheres coincide. Cut at a reach along the chain it need not be, when spheres nearly touch.
 
-Source: Wajnryb, Mizerski, Zuk & Szymczak, J. Fluid Mech. 731 (2013) R3, Eqs. (1)-(4). Pair
+Source: Wajnryb, Mizerski, Zuk & Szymczak, J. Fluid Mech. 731 (2013) R3. Pair
 terms are exact to (a/r)³: what lubrication and reflections add is of order (a/r)⁴.
 """
 
@@ -30,6 +30,7 @@ import numpy as np
 from numba import prange
 
 from nrchain._compile import kernel
+from nrchain.hydrodynamics.images import Layout
 from nrchain.hydrodynamics.pairs import PARALLEL_PAIRS, compile_sum
 
 COINCIDENT = 1e-80
@@ -102,23 +103,21 @@ def _act_change(coefficients, slopes, n, d, own, d_own, other, d_other):
 
 @kernel
 def _sum_twists(sources, radius, me, first, last):
-    """Σ_j (v, a ω) at sphere ``me``, over j in [first, last).
+    """Σ_j (v, a ω) at sphere ``me``, over 0 ≤ first ≤ j < last; the rows are those of r, f and τ.
 
-    The rows of ``sources`` are r, f and τ. They are read as stretches from their start, which is
-    what lets the compiler vectorise the loop.
+    j is unsigned so that no index can count from the end, and the loop be vectorised.
     """
-    x, y, z = sources[0, first:last], sources[1, first:last], sources[2, first:last]
-    f0, f1, f2 = sources[3, first:last], sources[4, first:last], sources[5, first:last]
-    t0, t1, t2 = sources[6, first:last], sources[7, first:last], sources[8, first:last]
     shrink, nowhere = 1.0 / radius, COINCIDENT * radius * radius
     v0 = v1 = v2 = w0 = w1 = w2 = 0.0
-    for j in range(last - first):
-        x0, x1, x2 = sources[0, me] - x[j], sources[1, me] - y[j], sources[2, me] - z[j]
+    for j in range(np.uint64(first), np.uint64(last)):
+        x0, x1 = sources[0, me] - sources[0, j], sources[1, me] - sources[1, j]
+        x2 = sources[2, me] - sources[2, j]
         distance = np.sqrt(x0 * x0 + x1 * x1 + x2 * x2 + nowhere)
         inverse = 1.0 / distance
         n = (x0 * inverse, x1 * inverse, x2 * inverse)
         a, b, c, d, e = _mobility(radius * inverse, distance * shrink)
-        f, t = (f0[j], f1[j], f2[j]), (t0[j], t1[j], t2[j])
+        f = (sources[3, j], sources[4, j], sources[5, j])
+        t = (sources[6, j], sources[7, j], sources[8, j])
         v, w = _act(a, b, c, n, f, t), _act(d, e, 0.75 * c, n, t, f)
         v0, v1, v2 = v0 + v[0], v1 + v[1], v2 + v[2]
         w0, w1, w2 = w0 + w[0], w1 + w[1], w2 + w[2]
@@ -128,26 +127,24 @@ def _sum_twists(sources, radius, me, first, last):
 @kernel
 def _sum_changes(sources, changes, radius, me, first, last):
     """Change of :func:`_sum_twists` with ``changes`` of the rows of ``sources``."""
-    x, y, z = sources[0, first:last], sources[1, first:last], sources[2, first:last]
-    f0, f1, f2 = sources[3, first:last], sources[4, first:last], sources[5, first:last]
-    t0, t1, t2 = sources[6, first:last], sources[7, first:last], sources[8, first:last]
-    dx, dy, dz = changes[0, first:last], changes[1, first:last], changes[2, first:last]
-    df0, df1, df2 = changes[3, first:last], changes[4, first:last], changes[5, first:last]
-    dt0, dt1, dt2 = changes[6, first:last], changes[7, first:last], changes[8, first:last]
     shrink, nowhere = 1.0 / radius, COINCIDENT * radius * radius
     v0 = v1 = v2 = w0 = w1 = w2 = 0.0
-    for j in range(last - first):
-        x0, x1, x2 = sources[0, me] - x[j], sources[1, me] - y[j], sources[2, me] - z[j]
+    for j in range(np.uint64(first), np.uint64(last)):
+        x0, x1 = sources[0, me] - sources[0, j], sources[1, me] - sources[1, j]
+        x2 = sources[2, me] - sources[2, j]
         distance = np.sqrt(x0 * x0 + x1 * x1 + x2 * x2 + nowhere)
         inverse = 1.0 / distance
         n = (x0 * inverse, x1 * inverse, x2 * inverse)
-        y0, y1, y2 = changes[0, me] - dx[j], changes[1, me] - dy[j], changes[2, me] - dz[j]
+        y0, y1 = changes[0, me] - changes[0, j], changes[1, me] - changes[1, j]
+        y2 = changes[2, me] - changes[2, j]
         dr = (y0 * inverse, y1 * inverse, y2 * inverse)
         s, rho = radius * inverse, distance * shrink
         a, b, c, d, e = _mobility(s, rho)
         da, db, dc, dd, de = _slopes(s, rho)
-        f, t = (f0[j], f1[j], f2[j]), (t0[j], t1[j], t2[j])
-        df, dt = (df0[j], df1[j], df2[j]), (dt0[j], dt1[j], dt2[j])
+        f = (sources[3, j], sources[4, j], sources[5, j])
+        df = (changes[3, j], changes[4, j], changes[5, j])
+        t = (sources[6, j], sources[7, j], sources[8, j])
+        dt = (changes[6, j], changes[7, j], changes[8, j])
         v = _act_change((a, b, c), (da, db, dc), n, dr, f, df, t, dt)
         w = _act_change((d, e, 0.75 * c), (dd, de, 0.75 * dc), n, dr, t, dt, f, df)
         v0, v1, v2 = v0 + v[0], v1 + v[1], v2 + v[2]
@@ -159,9 +156,9 @@ def _sum_changes(sources, changes, radius, me, first, last):
 def _twist_kernel(parallel: bool):
     """Compile the sum over all: see :meth:`PairFriction.apply`."""
 
-    def add_twists(sources, radius, images, reach, twists):
+    def add_twists(sources, radius, first_slot, reach, twists):
         for i in prange(twists.shape[0]):
-            me = i + images
+            me = first_slot + i
             first, last = max(0, me - reach), min(sources.shape[1], me + reach + 1)
             before = _sum_twists(sources, radius, me, first, me)
             after = _sum_twists(sources, radius, me, me + 1, last)
@@ -176,9 +173,9 @@ def _twist_kernel(parallel: bool):
 def _product_kernel(parallel: bool):
     """Compile its derivative along a change: see :meth:`PairFriction.add_product`."""
 
-    def add_product(sources, changes, radius, images, reach, twists):
+    def add_product(sources, changes, radius, first_slot, reach, twists):
         for i in prange(twists.shape[0]):
-            me = i + images
+            me = first_slot + i
             first, last = max(0, me - reach), min(sources.shape[1], me + reach + 1)
             before = _sum_changes(sources, changes, radius, me, first, me)
             after = _sum_changes(sources, changes, radius, me, me + 1, last)
@@ -207,13 +204,13 @@ def _columns(sources, changes, units, radius, me, j, columns):
 
 
 @kernel
-def _add_blocks(sources, changes, units, radius, images, near, wrench_blocks, blocks):
+def _add_blocks(sources, changes, units, radius, first_slot, near, wrench_blocks, blocks):
     """blocks += μ·∂W + ∂μ·W of the pairs within ``near``: see :meth:`PairFriction.add_jacobian`."""
     count, width = blocks.shape[0], blocks.shape[1]
     columns = np.empty((6, 9))
     changes[:] = 0.0
     for i in range(count):
-        me = i + images
+        me = first_slot + i
         for j in range(max(0, me - near), min(sources.shape[1], me + near + 1)):
             _columns(sources, changes, units, radius, me, j, columns)
             place = width // 2 + j - me
@@ -223,7 +220,7 @@ def _add_blocks(sources, changes, units, radius, images, near, wrench_blocks, bl
                     blocks[i, width // 2, row, k] -= columns[row, k]
             place -= wrench_blocks.shape[1] // 2
             for m in range(max(0, -place), min(wrench_blocks.shape[1], width - place)):
-                wrench_block = wrench_blocks[(j - images) % count, m]
+                wrench_block = wrench_blocks[(j - first_slot) % count, m]
                 _add_matrix_product(columns[:, 3:], wrench_block, blocks[i, place + m])
 
 
@@ -238,17 +235,15 @@ def _add_matrix_product(first, second, out):
 
 
 @kernel
-def _lay_out(vectors, wrenches, units, period, images, rows):
-    """The rows r, f and τ, with periodic copies on either side; or those of their changes."""
-    count = vectors.shape[0]
-    for slot in range(rows.shape[1]):
-        image = (slot - images) // count
-        sphere = slot - images - image * count
+def _lay_out(vectors, wrenches, units, spheres, shifts, weights, rows):
+    """The rows r, f and τ, slot by slot of a layout; or those of their changes."""
+    for slot in range(spheres.shape[0]):
+        sphere = spheres[slot]
         for k in range(3):
             rows[k, slot] = vectors[sphere, k]
-            rows[3 + k, slot] = wrenches[sphere, k] * units[1]
-            rows[6 + k, slot] = wrenches[sphere, 3 + k] * units[2]
-        rows[0, slot] += image * period
+            rows[3 + k, slot] = weights[slot] * wrenches[sphere, k] * units[1]
+            rows[6 + k, slot] = weights[slot] * wrenches[sphere, 3 + k] * units[2]
+        rows[0, slot] += shifts[slot]
 
 
 class PairFriction:
@@ -259,7 +254,9 @@ class PairFriction:
     count
         Number of spheres N.
     reach
-        How many places along the chain a force is felt; N − 1 or more on an open chain: all pairs.
+        How many places along the chain a force is felt; None: all pairs, with every image of a
+        periodic chain. That sum converges only while the forces of a period add up to nothing, as
+        those of elasticity do.
     radius, viscosity
         a and η.
     period
@@ -269,26 +266,36 @@ class PairFriction:
     """
 
     def __init__(
-        self, count: int, reach: int, radius: float, viscosity: float, period: float = 0.0
+        self, count: int, reach: int | None, radius: float, viscosity: float, period: float = 0.0
     ) -> None:
         self.count, self.radius, self.period = count, float(radius), float(period)
-        self.reach = reach if period else min(reach, count - 1)
+        self._layout = Layout.of(count, reach, period)
+        self.reach = self._layout.reach
         translation = 1.0 / (6.0 * math.pi * viscosity * radius)
         rotation = 1.0 / (8.0 * math.pi * viscosity * radius**2)
         self._units = np.array([1.0, translation, rotation])
-        self._images = self.reach if period else 0
-        self._sources = np.empty((9, count + 2 * self._images))
+        self._sources = np.empty((9, len(self._layout.spheres)))
+        self._still = np.zeros(len(self._layout.spheres))
         self._changes = np.empty_like(self._sources)
         self._parallel = self.reach * count * 2 > PARALLEL_PAIRS
 
     def _place(self, positions: np.ndarray, wrenches: np.ndarray) -> None:
-        _lay_out(positions, wrenches, self._units, self.period, self._images, self._sources)
+        layout = self._layout
+        _lay_out(
+            positions,
+            wrenches,
+            self._units,
+            layout.spheres,
+            layout.shifts,
+            layout.weights,
+            self._sources,
+        )
 
     def apply(self, positions: np.ndarray, wrenches: np.ndarray, twists: np.ndarray) -> None:
         """twists += μ·W: each sphere's own mobility and that of the pairs within reach."""
         self._place(positions, wrenches)
         add = _twist_kernel(self._parallel)
-        add(self._sources, self.radius, self._images, self.reach, twists)
+        add(self._sources, self.radius, self._layout.first, self.reach, twists)
 
     def add_product(
         self, poses: np.ndarray, wrench_changes: np.ndarray, twists: np.ndarray
@@ -299,9 +306,18 @@ class PairFriction:
         ``wrench_changes`` (N, 6) is δW, about the positions and wrenches last passed to
         :meth:`apply` or :meth:`add_jacobian`.
         """
-        _lay_out(poses, wrench_changes, self._units, 0.0, self._images, self._changes)
+        layout = self._layout
+        _lay_out(
+            poses,
+            wrench_changes,
+            self._units,
+            layout.spheres,
+            self._still,
+            layout.weights,
+            self._changes,
+        )
         add = _product_kernel(self._parallel)
-        add(self._sources, self._changes, self.radius, self._images, self.reach, twists)
+        add(self._sources, self._changes, self.radius, self._layout.first, self.reach, twists)
 
     def add_jacobian(
         self,
@@ -324,7 +340,7 @@ class PairFriction:
             self._changes,
             self._units,
             self.radius,
-            self._images,
+            self._layout.first,
             near,
             wrench_blocks,
             blocks,

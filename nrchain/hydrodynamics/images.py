@@ -15,6 +15,7 @@ the precision it needs).
 from __future__ import annotations
 
 import decimal
+from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from functools import cache
@@ -28,6 +29,49 @@ POINTS = 6
 """Images on either side that stand for all the others: Q."""
 
 _DIGITS = 100
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Spheres and their images, in the order in which sums over pairs read them.
+
+    Slot s holds sphere ``spheres[s]``, displaced by ``shifts[s]`` along x, with its strength
+    multiplied by ``weights[s]``; sphere i itself is in slot ``first + i``. A sphere feels the
+    slots within ``reach`` of its own.
+    """
+
+    spheres: np.ndarray
+    shifts: np.ndarray
+    weights: np.ndarray
+    first: int
+    reach: int
+
+    @classmethod
+    def of(cls, count: int, reach: int | None, period: float) -> Layout:
+        """For ``count`` spheres, a reach in places along the chain (None: all) and a period.
+
+        A period of 0 is an open chain. With a finite reach a periodic chain is continued by that
+        many spheres on either side; with all, by its images, of which the distant ones stand for
+        several (see :func:`image_offsets`).
+        """
+        chain = np.arange(count)
+        if not period:
+            places = count - 1 if reach is None else min(reach, count - 1)
+            return cls(chain, np.zeros(count), np.ones(count), 0, places)
+        if reach is not None:
+            slots = np.arange(-reach, count + reach)
+            shifts = period * (slots // count)
+            return cls(slots % count, shifts, np.ones(len(slots)), reach, reach)
+        offsets, weights = image_offsets()
+        half = len(offsets) // 2
+        offsets, weights = (np.insert(v, half, own) for v, own in ((offsets, 0.0), (weights, 1.0)))
+        return cls(
+            np.tile(chain, len(offsets)),
+            np.repeat(period * offsets, count),
+            np.repeat(weights, count),
+            half * count,
+            count * len(offsets),
+        )
 
 
 @cache

@@ -4,11 +4,9 @@ The modes a scene names become one loop over the spheres that act, with every co
 constant in the text. For 2s alone::
 
     def sum_twists(sources, radius, me, first, last):
-        sources0 = sources[0, first:last]
-        ...
         u0 = u1 = u2 = w0 = w1 = w2 = 0.0
-        for j in range(last - first):
-            x0 = sources[0, me] - sources0[j]
+        for j in range(np.uint64(first), np.uint64(last)):
+            x0 = sources[0, me] - sources[0, j]
             ...
             c1 = e0 * n0 + e1 * n1 + e2 * n2
             p2 = v0 * (-1.1666666666666667 + c2 * 3.5)
@@ -18,10 +16,10 @@ constant in the text. For 2s alone::
         return u0, u1, u2, w0, w1, w2
 
 so that the compiler sees only the work of those modes, and can vectorise it: the loop calls
-nothing, writes nothing, and reads stretches of rows from their start. (An index that might be
-negative counts from the end in Python, and would turn every read into a gather.) The text is
-passed to the kernels as a literal: it is part of the key under which numba keeps their machine
-code on disk, and a changed law can never meet stale code.
+nothing, writes nothing and reads side by side. (j is unsigned because a negative index would
+count from the end: the compiler would gather every number by itself.) The text is passed to the
+kernels as a literal: it is part of the key under which numba keeps their machine code on disk,
+and a changed law can never meet stale code.
 """
 
 from __future__ import annotations
@@ -77,10 +75,8 @@ class PairLaw:
     @cached_property
     def source(self) -> str:
         """The text of ``sum_twists`` and ``sum_changes`` for these modes."""
-        moving = 3 + 3 * len(self.axes)
-        sources = {"sources": moving + len(self.labels)}
-        return _function("sum_twists", sources, self._twist_lines()) + _function(
-            "sum_changes", sources | {"changes": moving}, self._change_lines()
+        return _function("sum_twists", ("sources",), self._twist_lines()) + _function(
+            "sum_changes", ("sources", "changes"), self._change_lines()
         )
 
     def _fields(self, group: int) -> Iterator[tuple[str, str, _Sum]]:
@@ -100,19 +96,19 @@ class PairLaw:
         highest = max((max(total.rows) for total in sums), default=1)
         strengths = 3 + 3 * len(self.axes)
         return [
-            *(f"x{k} = sources[{k}, me] - sources{k}[j]" for k in range(3)),
+            *(f"x{k} = sources[{k}, me] - sources[{k}, j]" for k in range(3)),
             "inverse = 1.0 / np.sqrt(x0 * x0 + x1 * x1 + x2 * x2)",
             *(f"n{k} = x{k} * inverse" for k in range(3)),
             "s1 = radius * inverse",
             *(f"s{k} = s{k - 1} * s1" for k in range(2, highest + 1)),
-            *(f"v{m} = sources{strengths + m}[j]" for m in range(len(self.labels))),
+            *(f"v{m} = sources[{strengths + m}, j]" for m in range(len(self.labels))),
         ]
 
     def _axis(self, group: int) -> list[str]:
         """The axis e of sphere j, the powers of its cosine with n, and m = e × n."""
         highest = max(total.degree for _, _, total in self._fields(group))
         return [
-            *(f"e{k} = sources{3 + 3 * group + k}[j]" for k in range(3)),
+            *(f"e{k} = sources[{3 + 3 * group + k}, j]" for k in range(3)),
             "c1 = e0 * n0 + e1 * n1 + e2 * n2",
             *(f"c{k} = c{k - 1} * c1" for k in range(2, highest + 1)),
             *(f"m{k} = {_cross('e', 'n', k)}" for k in range(3)),
@@ -134,11 +130,11 @@ class PairLaw:
         With d = ∂x/r, ∂s = −s n·d. In the same way F e × n is (F/r) e × x, with t = ∂e given.
         """
         lines = self._geometry()
-        lines += [f"d{k} = (changes[{k}, me] - changes{k}[j]) * inverse" for k in range(3)]
+        lines += [f"d{k} = (changes[{k}, me] - changes[{k}, j]) * inverse" for k in range(3)]
         lines.append("stretch = n0 * d0 + n1 * d1 + n2 * d2")
         for group in range(len(self.axes)):
             lines += self._axis(group)
-            lines += [f"t{k} = changes{3 + 3 * group + k}[j]" for k in range(3)]
+            lines += [f"t{k} = changes[{3 + 3 * group + k}, j]" for k in range(3)]
             lines.append("dc = t0 * n0 + t1 * n1 + t2 * n2 - c1 * stretch")
             lines.append("dc += e0 * d0 + e1 * d1 + e2 * d2")
             lines += [f"y{k} = {_cross('t', 'n', k)} + {_cross('e', 'd', k)}" for k in range(3)]
@@ -224,22 +220,19 @@ def _cross(a: str, b: str, k: int) -> str:
     return f"{a}{p} * {b}{q} - {a}{q} * {b}{p}"
 
 
-def _function(name: str, tables: Mapping[str, int], lines: Sequence[str]) -> str:
-    """The text of a sum over j; ``tables`` are the arrays it reads and their numbers of rows."""
-    rows = [
-        f"{table}{k} = {table}[{k}, first:last]" for table in tables for k in range(tables[table])
-    ]
-    head = [*rows, "u0 = u1 = u2 = w0 = w1 = w2 = 0.0", "for j in range(last - first):"]
+def _function(name: str, tables: Sequence[str], lines: Sequence[str]) -> str:
+    """The text of a sum over j; ``tables`` are the arrays it reads."""
     return (
         f"def {name}({', '.join(tables)}, radius, me, first, last):\n"
-        + "".join(f"    {line}\n" for line in head)
+        "    u0 = u1 = u2 = w0 = w1 = w2 = 0.0\n"
+        "    for j in range(np.uint64(first), np.uint64(last)):\n"
         + "".join(f"        {line}\n" for line in lines)
         + "    return u0, u1, u2, w0, w1, w2\n"
     )
 
 
 def sum_twists(law, sources, radius, me, first, last):
-    """Σ_j (u, a w) at sphere ``me``, over j in [first, last); compiled from ``law``, its text.
+    """Σ_j (u, a w) at sphere ``me``, over 0 ≤ first ≤ j < last; compiled from ``law``, its text.
 
     The rows of ``sources`` are x, y, z, the components of each axis, and each mode's strengths.
     """

@@ -1,8 +1,8 @@
 """v_i = Σ_j u(r_i − r_j, e_j), ω_i = Σ_j w(r_i − r_j, e_j): slip flows summed over pairs.
 
-The sum runs over the spheres within ``reach`` places along the chain, all of them for a reach of
-N − 1 or more. A periodic chain is laid out with its images on either side first, so that every
-sphere finds its neighbours in one contiguous stretch of the same arrays. Each row of the result
+The sum runs over the spheres within ``reach`` places along the chain, or over all. A periodic chain
+is laid out with its images on either side first (:mod:`nrchain.hydrodynamics.images`), so that
+every sphere finds its neighbours in one contiguous stretch of the same arrays. Each row of the result
 is written by one iteration alone: it does not depend on the number of threads.
 """
 
@@ -16,6 +16,7 @@ import numpy as np
 from numba import prange
 
 from nrchain._compile import kernel
+from nrchain.hydrodynamics.images import Layout
 from nrchain.hydrodynamics.pair_law import PairLaw, sum_changes, sum_twists
 
 PARALLEL_PAIRS = 20_000
@@ -38,9 +39,9 @@ def compile_sum(function: Callable[..., Any], parallel: bool) -> Any:
 def twist_kernel(law: str, parallel: bool):
     """Compile the sum of a law: see :meth:`SlipFlow.add_twists`."""
 
-    def add_twists(sources, radius, images, reach, twists):
+    def add_twists(sources, radius, first_slot, reach, twists):
         for i in prange(twists.shape[0]):
-            me = i + images
+            me = first_slot + i
             first, last = max(0, me - reach), min(sources.shape[1], me + reach + 1)
             before = sum_twists(law, sources, radius, me, first, me)
             after = sum_twists(law, sources, radius, me, me + 1, last)
@@ -55,13 +56,12 @@ def twist_kernel(law: str, parallel: bool):
 def product_kernel(law: str, parallel: bool):
     """Compile its derivative along a change of pose: see :meth:`SlipFlow.add_product`."""
 
-    def add_product(sources, changes, radius, images, inner, reach, twists):
+    def add_product(sources, changes, radius, first_slot, reach, twists):
         for i in prange(twists.shape[0]):
-            me = i + images
+            me = first_slot + i
             first, last = max(0, me - reach), min(sources.shape[1], me + reach + 1)
-            left, right = max(first, me - inner), min(me + inner + 1, last)
-            before = sum_changes(law, sources, changes, radius, me, first, left)
-            after = sum_changes(law, sources, changes, radius, me, right, last)
+            before = sum_changes(law, sources, changes, radius, me, first, me)
+            after = sum_changes(law, sources, changes, radius, me, me + 1, last)
             for k in range(3):
                 twists[i, k] += before[k] + after[k]
                 twists[i, 3 + k] += (before[3 + k] + after[3 + k]) / radius
@@ -74,11 +74,11 @@ def block_kernel(law: str):
     """Compile the Jacobian blocks of near pairs: see :meth:`SlipFlow.add_jacobian`."""
 
     @kernel
-    def add_blocks(sources, changes, radius, images, reach, blocks):
+    def add_blocks(sources, changes, radius, first_slot, reach, blocks):
         count, centre = blocks.shape[0], blocks.shape[1] // 2
         changes[:] = 0.0
         for i in range(count):
-            me = i + images
+            me = first_slot + i
             for j in range(max(0, me - reach), min(sources.shape[1], me + reach + 1)):
                 if j == me:
                     continue
@@ -108,12 +108,10 @@ def _set_unit_change(sources, changes, j, column, size):
 
 
 @kernel
-def _lay_out(positions, frames, body_axes, period, images, sources):
-    """The rows x, y, z and lab axes of ``sources``, with periodic copies on either side."""
-    count = positions.shape[0]
-    for slot in range(sources.shape[1]):
-        image = (slot - images) // count
-        sphere = slot - images - image * count
+def _lay_out(positions, frames, body_axes, spheres, shifts, sources):
+    """The rows x, y, z and lab axes of ``sources``, slot by slot of a layout."""
+    for slot in range(spheres.shape[0]):
+        sphere = spheres[slot]
         for k in range(3):
             sources[k, slot] = positions[sphere, k]
             for axis in range(body_axes.shape[0]):
@@ -122,15 +120,14 @@ def _lay_out(positions, frames, body_axes, period, images, sources):
                     + body_axes[axis, 1] * frames[sphere, 1, k]
                     + body_axes[axis, 2] * frames[sphere, 2, k]
                 )
-        sources[0, slot] += image * period
+        sources[0, slot] += shifts[slot]
 
 
 @kernel
-def _lay_out_changes(poses, images, sources, changes):
+def _lay_out_changes(poses, spheres, sources, changes):
     """The changes of those rows with ``poses``: displacements, and t × e for each axis."""
-    count = poses.shape[0]
-    for slot in range(changes.shape[1]):
-        sphere = (slot - images) % count
+    for slot in range(spheres.shape[0]):
+        sphere = spheres[slot]
         for k in range(3):
             changes[k, slot] = poses[sphere, k]
             k1, k2 = (k + 1) % 3, (k + 2) % 3
@@ -149,7 +146,8 @@ class SlipFlow:
     labels, strengths, axes
         One entry a mode: its label, its strengths (N,) and its body axis.
     reach
-        How many places along the chain a flow is felt; N − 1 or more on an open chain: all pairs.
+        How many places along the chain a flow is felt; None: all pairs, with every image of a
+        periodic chain.
     period
         Length along x after which the chain repeats; 0 for an open chain.
 
@@ -163,7 +161,7 @@ class SlipFlow:
         axes: Sequence[Sequence[float]],
         *,
         count: int,
-        reach: int,
+        reach: int | None,
         radius: float,
         period: float = 0.0,
         finite_size: bool = False,
@@ -172,16 +170,15 @@ class SlipFlow:
         self.labels = tuple(labels[m] for m in active)
         self.law = PairLaw.of(self.labels, [axes[m] for m in active], finite_size)
         self.count, self.radius, self.period = count, float(radius), float(period)
-        self.reach = reach if period else min(reach, count - 1)
-        self._images = self.reach if period else 0
+        self._layout = Layout.of(count, reach, period)
+        self.reach = self._layout.reach
         self._body_axes = np.array(self.law.axes, float).reshape(-1, 3)
-        order = np.arange(-self._images, count + self._images) % count
-        geometry = 3 + self._body_axes.size
-        self._sources = np.zeros((geometry + len(active), len(order)))
-        self._changes = np.zeros((geometry, len(order)))
+        geometry, slots = 3 + self._body_axes.size, len(self._layout.spheres)
+        self._sources = np.zeros((geometry + len(active), slots))
+        self._changes = np.zeros((geometry, slots))
         for row, m in zip(self._sources[geometry:], active, strict=True):
-            row[:] = np.asarray(strengths[m], float)[order]
-        self._parallel = self.reach * count * 2 > PARALLEL_PAIRS
+            row[:] = self._layout.weights * np.asarray(strengths[m], float)[self._layout.spheres]
+        self._parallel = 2 * self.reach * count > PARALLEL_PAIRS
 
     def __bool__(self) -> bool:
         return bool(self.labels)
@@ -189,7 +186,8 @@ class SlipFlow:
     @property
     def strengths(self) -> np.ndarray:
         """Strengths (modes, N) of the modes that act."""
-        return self._sources[len(self._changes) :, self._images : self._images + self.count]
+        first = self._layout.first
+        return self._sources[len(self._changes) :, first : first + self.count]
 
     @property
     def near(self) -> int:
@@ -197,7 +195,8 @@ class SlipFlow:
         return self.reach if self.reach <= NEAR else 0
 
     def _place(self, positions: np.ndarray, frames: np.ndarray) -> None:
-        _lay_out(positions, frames, self._body_axes, self.period, self._images, self._sources)
+        layout = self._layout
+        _lay_out(positions, frames, self._body_axes, layout.spheres, layout.shifts, self._sources)
 
     def add_twists(self, positions: np.ndarray, frames: np.ndarray, twists: np.ndarray) -> None:
         """twists (N, 6) += (Σ_j u, Σ_j w) at the given poses."""
@@ -205,7 +204,7 @@ class SlipFlow:
             return
         self._place(positions, frames)
         add = twist_kernel(self.law.source, self._parallel)
-        add(self._sources, self.radius, self._images, self.reach, twists)
+        add(self._sources, self.radius, self._layout.first, self.reach, twists)
 
     def add_jacobian(self, positions: np.ndarray, frames: np.ndarray, blocks: np.ndarray) -> None:
         """blocks[i, w + m] += ∂(v, ω)_i / ∂(u, φ)_{i+m} of the pairs within w places.
@@ -217,16 +216,17 @@ class SlipFlow:
         self._place(positions, frames)
         reach = min(self.reach, blocks.shape[1] // 2)
         add = block_kernel(self.law.source)
-        add(self._sources, self._changes, self.radius, self._images, reach, blocks)
+        add(self._sources, self._changes, self.radius, self._layout.first, reach, blocks)
 
-    def add_product(self, poses: np.ndarray, inner: int, twists: np.ndarray) -> None:
-        """twists += the change of the flow of pairs more than ``inner`` places apart.
+    def add_product(self, poses: np.ndarray, twists: np.ndarray) -> None:
+        """twists += the change of :meth:`add_twists` with the poses.
 
         ``poses`` (N, 6) is the change (u, φ) of every pose, about the poses last passed to
         :meth:`add_twists` or :meth:`add_jacobian`.
         """
         if not self:
             return
-        _lay_out_changes(poses, self._images, self._sources, self._changes)
+        _lay_out_changes(poses, self._layout.spheres, self._sources, self._changes)
         add = product_kernel(self.law.source, self._parallel)
-        add(self._sources, self._changes, self.radius, self._images, inner, self.reach, twists)
+        first = self._layout.first
+        add(self._sources, self._changes, self.radius, first, self.reach, twists)

@@ -20,7 +20,7 @@ class Integrator(ABC):
 
     For implementers: ``start`` forgets all history; ``step`` takes one step of the integrator's
     own choosing, returns the time reached and raises :class:`IntegrationError` when it cannot go
-    on; ``at`` interpolates within the last step to the order of the method. Nothing outside
+    on; ``at`` interpolates within the last step, to an order the scheme states. Nothing outside
     ``start`` may change what a step does, so that a run restarted at the same points, with the
     same poses, repeats itself bit for bit.
 

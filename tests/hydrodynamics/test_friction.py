@@ -263,3 +263,30 @@ def test_the_loop_over_pairs_is_vectorised(name):
     (code,) = function.inspect_llvm().values()
     assert "x double> @llvm.sqrt" in code
     assert "gather" not in code
+
+
+def test_all_images_of_a_periodic_chain_whose_forces_cancel():
+    """Against plain sums over whole images on both sides, extrapolated in their number."""
+    count, period = 3, 9.0
+    rng = np.random.default_rng(4)
+    positions = rng.normal(scale=0.3, size=(count, 3))
+    positions[:, 0] += 3.0 * np.arange(count)
+    wrenches = rng.normal(size=(count, 6))
+    wrenches[:, :3] -= wrenches[:, :3].mean(axis=0)
+
+    def images(number):
+        shifts = period * np.arange(-number, number + 1)
+        every = np.concatenate([positions + [shift, 0, 0] for shift in shifts])
+        total = np.zeros((len(every), 6))
+        fluid = PairFriction(len(every), None, 1.0, 1.0)
+        fluid.apply(every, np.tile(wrenches, (len(shifts), 1)), total)
+        return total[number * count : (number + 1) * count]
+
+    whole = np.zeros((count, 6))
+    PairFriction(count, None, 1.0, 1.0, period).apply(positions, wrenches, whole)
+    # what is left out on one side cancels to leading order with the other: 1/P² in place of 1/P
+    near, far = images(100), images(200)
+    errors = np.abs(near - whole).max(), np.abs(far - whole).max()
+    assert errors[1] < 1e-4 * np.abs(whole).max()
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
+    assert np.abs((4 * far - near) / 3 - whole).max() < 0.02 * errors[1]

@@ -48,10 +48,10 @@ def evaluate(flow, positions, frames):
     return twists
 
 
-def product(flow, positions, frames, poses, inner=0):
+def product(flow, positions, frames, poses):
     flow.add_twists(positions, frames, np.zeros((len(positions), 6)))
     twists = np.zeros((len(positions), 6))
-    flow.add_product(poses, inner, twists)
+    flow.add_product(poses, twists)
     return twists
 
 
@@ -178,18 +178,35 @@ def test_blocks_and_products_are_derivatives(reach, period):
     assert_close(change, np.einsum("ipjq,jq->ip", expected, poses), 1e-8)
 
 
-@pytest.mark.parametrize("inner", [0, 1, 3, 20])
-def test_product_of_the_far_pairs_completes_the_near_blocks(inner):
-    count = 12
-    positions, frames = crooked_chain(np.random.default_rng(10), count, 1.0)
-    flow, _ = make_flow(LABELS, count)
-    poses = np.random.default_rng(11).normal(size=(count, 6))
-    blocks = np.zeros((count, 2 * inner + 1, 6, 6))
-    flow.add_jacobian(positions, frames, blocks)
-    near = np.einsum("ipjq,jq->ip", dense(blocks, False), poses)
-    far = product(flow, positions, frames, poses, inner)
-    assert_close(near + far, product(flow, positions, frames, poses), 1e-13)
-    assert far.any() == (inner < count - 1)
+def test_all_images_of_a_periodic_chain():
+    """Against plain sums over many neighbours, whose remainder falls as their number squared."""
+    count, period = 4, 14.5
+    positions, frames = crooked_chain(np.random.default_rng(12), count, 1.0)
+
+    def sums(reach):
+        rng = np.random.default_rng(3)
+        strengths = [rng.normal(size=count) for _ in LABELS]
+        options = {"count": count, "reach": reach, "radius": 1.0, "period": period}
+        return SlipFlow(LABELS, strengths, [E1] * len(LABELS), **options)
+
+    whole = evaluate(sums(None), positions, frames)
+    plain = [evaluate(sums(count * images), positions, frames) for images in (1000, 2000)]
+    errors = [np.abs(p - whole).max() for p in plain]
+    assert errors[1] < 1e-6 * np.abs(whole).max()
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.01)
+    assert np.abs((4 * plain[1] - plain[0]) / 3 - whole).max() < 0.01 * errors[1]
+
+
+def test_product_with_all_images_is_the_derivative():
+    positions, frames = crooked_chain(np.random.default_rng(12), 4, 1.0)
+    strengths = [np.linspace(1, 2, 4)] * len(LABELS)
+    flow = SlipFlow(
+        LABELS, strengths, [E1] * len(LABELS), count=4, reach=None, radius=1.0, period=14.5
+    )
+    expected = pose_derivative(lambda r, e: evaluate(flow, r, e), positions, frames)
+    poses = np.random.default_rng(9).normal(size=(4, 6))
+    change = product(flow, positions, frames, poses)
+    assert_close(change, np.einsum("ipjq,jq->ip", expected, poses), 1e-8)
 
 
 @pytest.mark.parametrize("reach", [1, 4, 9])
@@ -235,7 +252,7 @@ def test_results_do_not_depend_on_the_number_of_threads():
         for threads in (1, 2):
             numba.set_num_threads(threads)
             twists = evaluate(flow, positions, frames)
-            results.append((twists, product(flow, positions, frames, poses, 2)))
+            results.append((twists, product(flow, positions, frames, poses)))
     finally:
         numba.set_num_threads(before)
     np.testing.assert_array_equal(results[0], results[1])

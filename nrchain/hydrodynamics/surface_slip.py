@@ -1,0 +1,93 @@
+"""v_slip on the surface of a sphere: the slip whose flow has a mode's pair law as its far field."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TypeAlias
+
+import numpy as np
+
+from nrchain import slip_modes
+from nrchain.errors import SceneError
+from nrchain.scene import Slip
+from nrchain.slip_modes import SlipMode
+
+SurfaceSlip: TypeAlias = Callable[[int, np.ndarray], np.ndarray]
+"""Slip velocities (P, 3) of a sphere, by its index, at unit normals (P, 3); lab frame."""
+
+SlipLike: TypeAlias = Mapping[str, float | np.ndarray | Slip] | SurfaceSlip
+"""Strength of each mode by its label, as for ``active_wrenches``, or any surface velocity."""
+
+
+def slip_velocity(mode: SlipMode, axis: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """v_slip/V = (1 + a²∇²/(4l + 2)) u/V at r = a, with u the pair law of the mode: (P, 3).
+
+    The operator turns the leading singularity into the exact flow about an isolated sphere that no
+    force and no torque acts on; the value of that flow on the surface is its slip. ``axis`` is the
+    unit vector e, ``normals`` are (P, 3).
+
+    This is the slip printed in Table slip of Németh, Kobayashi and Adhikari times 7/5 (2s), 39/4
+    (3a), 9 (3t, with v_r = (2/45) cos θ, for the printed (1/45) cos θ makes the sphere swim) and
+    −5445/2 (4a): strengths V are the paper's strengths, not slip speeds.
+    """
+    flow = mode.flow()
+    cosine = normals @ axis
+    basis = {"n": normals, "e": np.broadcast_to(axis, normals.shape), "x": np.cross(axis, normals)}
+    slip = np.zeros_like(normals)
+    for weight, table in ((1.0, flow), (1 / (4 * mode.order + 2), slip_modes.laplacian(flow))):
+        for (along, _), row in table.items():
+            factor = np.polynomial.polynomial.polyval(cosine, [float(p) for p in row])
+            slip += weight * factor[:, None] * basis[along]
+    return slip
+
+
+def surface_slip(slip: SlipLike, frames: np.ndarray | None, count: int) -> SurfaceSlip:
+    """The slip of ``count`` spheres as a function of sphere and normal.
+
+    Strengths are numbers, (N,) arrays or a :class:`~nrchain.scene.Slip` with a body axis of its
+    own (default e1); ``frames`` is (N, 3, 3), with e_{k+1} of sphere i in ``frames[i, k]``, and is
+    not needed for a slip that is a function already. Raises SceneError for unknown modes, wrong
+    shapes and numbers that are not finite.
+    """
+    if callable(slip):
+        return slip
+    modes = []
+    for label, given in slip.items():
+        mode = slip_modes.find(label)
+        settings = given if isinstance(given, Slip) else None
+        strength = np.asarray(given if settings is None else settings.strength, float)
+        shape = () if strength.ndim == 0 else (count,)
+        strengths = np.broadcast_to(finite_array(f"slip[{label!r}]", strength, shape), count)
+        axis = np.array([1.0, 0.0, 0.0] if settings is None else settings.axis)
+        axes = axis / np.linalg.norm(axis) @ _rotations(frames, count)
+        modes.append((mode, strengths, axes))
+
+    def velocities(sphere: int, normals: np.ndarray) -> np.ndarray:
+        total = np.zeros_like(normals)
+        for mode, strengths, axes in modes:
+            total += strengths[sphere] * slip_velocity(mode, axes[sphere], normals)
+        return total
+
+    return velocities
+
+
+def finite_array(name: str, given: object, shape: tuple[int | None, ...]) -> np.ndarray:
+    """The array of floats of that shape (None: any size), or a SceneError that names it."""
+    named = ", ".join("N" if size is None else str(size) for size in shape)
+    try:
+        array = np.array(given, float)
+    except (TypeError, ValueError):
+        raise SceneError(name, given, f"must be numbers of shape ({named})") from None
+    sizes = zip(shape, array.shape, strict=False)
+    if array.ndim != len(shape) or any(want not in (None, have) for want, have in sizes):
+        raise SceneError(name, array.shape, f"the shape must be ({named})")
+    if not np.isfinite(array).all():
+        raise SceneError(name, "NaN or inf", "all numbers must be finite")
+    return array
+
+
+def _rotations(frames: np.ndarray | None, count: int) -> np.ndarray:
+    rows = finite_array("frames", frames, (count, 3, 3))
+    if np.abs(rows @ rows.transpose(0, 2, 1) - np.eye(3)).max() > 1e-8:
+        raise SceneError("frames", "not rotations", "rows must be orthonormal to 1e-8")
+    return rows
