@@ -248,8 +248,7 @@ class ChartedChain:
         add up from chart to chart.
         """
         frames = np.array(frames, float)
-        for frame in frames:
-            lie.orthonormalise(frame)
+        lie.orthonormalise(frames)
         drift, spin = np.zeros(3), 0.0
         if not self.model.held.any():
             twists = np.zeros((self.model.count, 6))

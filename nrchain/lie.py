@@ -169,12 +169,20 @@ def rate_derivative(theta, shift, velocity, omega, angular_rate, pose_tangent, o
 
 
 @kernel
-def orthonormalise(frame):
-    """Frame ← (3I − F Fᵀ) F/2 twice: the nearest rotation, for a frame off by rounding."""
-    for _ in range(2):
-        gram = frame @ frame.T
-        correction = 1.5 * np.eye(3) - 0.5 * gram
-        frame[:] = correction @ frame
+def orthonormalise(frames):
+    """Each frame F ← F + (I − F Fᵀ) F/2, twice: the nearest rotation of frames off by rounding."""
+    excess = np.empty((3, 3))
+    for frame in frames:
+        for _ in range(2):
+            for a in range(3):
+                for b in range(3):
+                    dot = frame[a, 0] * frame[b, 0] + frame[a, 1] * frame[b, 1]
+                    dot += frame[a, 2] * frame[b, 2]
+                    excess[a, b] = 0.5 * ((1.0 if a == b else 0.0) - dot)
+            for k in range(3):
+                x, y, z = frame[0, k], frame[1, k], frame[2, k]
+                for a in range(3):
+                    frame[a, k] += excess[a, 0] * x + excess[a, 1] * y + excess[a, 2] * z
 
 
 @kernel

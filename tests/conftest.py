@@ -2,6 +2,11 @@
 
 import numpy as np
 import pytest
+from hypothesis import settings
+
+# The first example of a test may compile a kernel: how long an example takes says nothing.
+settings.register_profile("nrchain", deadline=None)
+settings.load_profile("nrchain")
 
 
 @pytest.fixture(autouse=True)

@@ -110,7 +110,7 @@ def test_rate_derivative_against_differences(size):
 def test_orthonormalise_repairs_a_frame(theta, noise):
     exact = cayley(theta)
     frame = exact + noise * np.random.default_rng(0).standard_normal((3, 3))
-    lie.orthonormalise(frame)
+    lie.orthonormalise(frame[None])
     assert np.abs(frame @ frame.T - np.eye(3)).max() < 1e-7 * noise + 1e-15
     assert np.abs(frame - exact).max() < 5 * noise
 
