@@ -18,6 +18,7 @@ the paper's: they differ from slip speeds by the factors noted in the README.
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -29,6 +30,8 @@ BASIS = ("n", "e", "x")
 
 Polynomial = tuple[Fraction, ...]
 """Coefficients of 1, c, c², …"""
+
+_LABEL = re.compile(r"[0-9][0-9A-Za-z_]*")
 
 PairTable = dict[tuple[str, int], Polynomial]
 """Polynomial in c for each (basis vector, power of a/r)."""
@@ -61,7 +64,11 @@ class SlipMode:
     velocity: Mapping[tuple[str, int], Iterable[Fraction | int | str]]
 
     def __post_init__(self) -> None:
-        table = {key: tuple(Fraction(p) for p in row) for key, row in self.velocity.items()}
+        try:
+            table = {key: tuple(Fraction(p) for p in row) for key, row in self.velocity.items()}
+        except (TypeError, ValueError, AttributeError) as error:
+            allowed = "must be {(basis, power): coefficients}, whole numbers or fractions as text"
+            raise SceneError(f"velocity of mode {self.label}", self.velocity, allowed) from error
         for basis, power in table:
             if basis not in BASIS or power < 1:
                 raise SceneError(
@@ -70,6 +77,30 @@ class SlipMode:
                     f"a row is keyed by one of {', '.join(BASIS)} and a power of a/r of at least 1",
                 )
         object.__setattr__(self, "velocity", _clean(table))
+        self._check()
+
+    def _check(self) -> None:
+        """Refuse what is not a Stokes flow of the symmetry stated, before it enters any kernel."""
+        if not _LABEL.fullmatch(str(self.label)):
+            allowed = "must be a digit followed by letters, digits or _, such as '4t'"
+            raise SceneError("slip mode label", self.label, allowed)
+        key = f"velocity of mode {self.label}"
+        flow = self._table
+        if not flow:
+            raise SceneError(key, {}, "must have at least one row that is not zero")
+        if divergence(flow):
+            raise SceneError(key, self.velocity, "must have no divergence")
+        if curl(laplacian(flow)):
+            raise SceneError(key, self.velocity, "must be a Stokes flow: curl ∇²u = 0")
+        for (basis, _), p in flow.items():
+            # e → −e turns c to −c, and e and e × n around
+            odd = {(m % 2 == 1) != (basis != "n") for m, q in enumerate(p) if q}
+            if odd != {self.polar}:
+                allowed = "must be odd in e for a polar mode and even for an apolar one"
+                raise SceneError(f"{key}, row {basis}", [str(q) for q in p], allowed)
+            if (basis == "x") != self.chiral:
+                allowed = "must be along e × n for a chiral mode, along n and e for an achiral one"
+                raise SceneError(f"{key}, row {basis}", [str(q) for q in p], allowed)
 
     @property
     def _table(self) -> PairTable:
@@ -117,6 +148,20 @@ def curl(table: PairTable) -> PairTable:
             _accumulate(result, ("n", k + 1), tuple((1 + k) * q for q in _shift(p, 1)))
             _accumulate(result, ("n", k + 1), tuple(-q for q in slope))
             _accumulate(result, ("n", k + 1), _shift(slope, 2))
+    return _clean(result)
+
+
+def divergence(table: PairTable) -> PairTable:
+    """a ∇·u, keyed ("n", k): ∇·(f n) = f_r + 2f/r and ∇·(g e) = c g_r + (1 − c²) g_c/r."""
+    result: PairTable = {}
+    for (basis, k), p in table.items():
+        slope = _derivative(p)
+        if basis == "n":
+            _accumulate(result, ("n", k + 1), tuple((2 - k) * q for q in p))
+        elif basis == "e":
+            _accumulate(result, ("n", k + 1), tuple(-k * q for q in _shift(p, 1)))
+            _accumulate(result, ("n", k + 1), slope)
+            _accumulate(result, ("n", k + 1), tuple(-q for q in _shift(slope, 2)))
     return _clean(result)
 
 
@@ -168,8 +213,12 @@ _MODES: dict[str, SlipMode] = {}
 def register(mode: SlipMode) -> SlipMode:
     """Make a mode known to scenes, kernels and the registry-driven tests, and return it.
 
-    Raises :class:`~nrchain.errors.SceneError` when the label is taken by another mode.
+    A trajectory file names its modes, it does not hold their tables: register a mode again before
+    opening or resuming a run of it. Raises :class:`~nrchain.errors.SceneError` when the label is
+    taken by another mode.
     """
+    if not isinstance(mode, SlipMode):
+        raise SceneError("slip mode", mode, "must be a SlipMode")
     known = _MODES.get(mode.label)
     if known is not None and known != mode:
         raise SceneError(

@@ -311,36 +311,33 @@ def test_shapes_follow_the_wavenumbers():
     assert lattice_operator(chain, np.zeros((3, 2))).shape == (3, 2, 6, 6)
 
 
-def make_mode(monkeypatch, label, velocity):
+def make_mode(monkeypatch, label, velocity, polar=False):
     mode = slip_modes.SlipMode(
-        label=label, name=label, order=2, polar=True, chiral=True, velocity=velocity
+        label=label, name=label, order=2, polar=polar, chiral=False, velocity=velocity
     )
     monkeypatch.setitem(slip_modes._MODES, label, mode)
 
 
 def test_a_registered_mode_of_many_powers(monkeypatch):
-    """A mode that is the sum of the four has the sum of their operators."""
-    velocity: dict = {}
-    for mode in slip_modes.modes()[:4]:
-        velocity |= dict(mode.velocity)
-    make_mode(monkeypatch, "all four", velocity)
+    """A mode that is the sum of two has the sum of their operators."""
+    quadrupole = {("n", 4): ("-1/2", 0, "5/2"), ("e", 4): (0, -1)}
+    make_mode(monkeypatch, "8q", quadrupole)
+    make_mode(monkeypatch, "9z", dict(slip_modes.find("2s").velocity) | quadrupole)
     q = np.array([0.01, 0.3, 0.7])
     for neighbours in (1, "all"):
-        one = scene({"all four": 7.0}, slip__neighbours=neighbours, elasticity__ratio=1e-3)
-        four = scene(
-            dict.fromkeys(STRENGTHS, 7.0), slip__neighbours=neighbours, elasticity__ratio=1e-3
-        )
-        expected = lattice_operator(four, q)
+        options = {"slip__neighbours": neighbours, "elasticity__ratio": 1e-3}
+        one = scene({"9z": 7.0}, **options)
+        expected = lattice_operator(scene({"2s": 7.0, "8q": 7.0}, **options), q)
         np.testing.assert_allclose(
             lattice_operator(one, q), expected, atol=1e-13 * np.abs(expected).max()
         )
 
 
 def test_a_flow_without_an_endless_sum_is_refused(monkeypatch):
-    make_mode(monkeypatch, "point force", {("n", 1): (0, 1), ("e", 1): (1,)})
+    make_mode(monkeypatch, "1s", {("n", 1): (0, 1), ("e", 1): (1,)}, polar=True)
     with pytest.raises(SceneError, match=r"slip\.neighbours"):
-        lattice_rates(scene({"point force": 1.0}, slip__neighbours="all"), [0.1])
-    velocity = steady_velocity(scene({"point force": 1.0}, slip__neighbours=3))
+        lattice_rates(scene({"1s": 1.0}, slip__neighbours="all"), [0.1])
+    velocity = steady_velocity(scene({"1s": 1.0}, slip__neighbours=3))
     assert velocity[0] == pytest.approx(2 * 2 / 4.0 * (1 + 1 / 2 + 1 / 3), rel=1e-14)
 
 

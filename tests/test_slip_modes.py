@@ -58,3 +58,41 @@ def test_a_label_cannot_be_taken_twice():
 def test_rows_outside_the_basis_are_refused(row):
     with pytest.raises(SceneError, match="power of a/r"):
         SlipMode("9z", "nonsense", 9, False, False, {row: (1,)})
+
+
+@pytest.mark.parametrize("mode", slip_modes.modes(), ids=lambda mode: mode.label)
+def test_flows_have_no_divergence(mode):
+    for finite_size in (False, True):
+        assert slip_modes.divergence(mode.flow(finite_size)) == {}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"velocity": {("n", 4): (0, 1)}}, "no divergence"),
+        ({"velocity": {("x", 3): (0, 0, 1)}, "polar": True, "chiral": True}, "Stokes flow"),
+        ({"velocity": {}}, "at least one row"),
+        ({"velocity": {("n", 2): ("x",)}}, "coefficients"),
+        ({"polar": True}, "odd in e"),
+        ({"chiral": True}, "e × n"),
+        ({"label": "backend"}, "a digit followed"),
+        ({"label": ""}, "a digit followed"),
+    ],
+)
+def test_modes_that_are_no_such_flow_are_refused(changes, message):
+    good = {
+        "label": "9z",
+        "name": "stresslet",
+        "order": 2,
+        "polar": False,
+        "chiral": False,
+        "velocity": {("n", 2): (-1, 0, 3)},
+    }
+    SlipMode(**good)
+    with pytest.raises(SceneError, match=message):
+        SlipMode(**(good | changes))
+
+
+def test_only_modes_can_be_registered():
+    with pytest.raises(SceneError, match="SlipMode"):
+        slip_modes.register(5)
