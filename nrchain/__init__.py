@@ -9,6 +9,7 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from nrchain.api import active_wrenches, elastic_energy, elastic_wrenches
+    from nrchain.description import describe
     from nrchain.errors import (
         BackendError,
         NrchainError,
@@ -23,8 +24,9 @@ if TYPE_CHECKING:
         steady_stress,
         steady_velocity,
     )
+    from nrchain.outcome import Cause
     from nrchain.rod import Rod
-    from nrchain.run import describe, resume, simulate
+    from nrchain.run import resume, simulate
     from nrchain.scene import Scene, Slip, load_scene, scene_names
     from nrchain.slip_modes import SlipMode, register
     from nrchain.trajectory import Trajectory
@@ -44,8 +46,9 @@ _HOMES = {
     "steady_rotation": "nrchain.lattice",
     "steady_stress": "nrchain.lattice",
     "steady_velocity": "nrchain.lattice",
+    "Cause": "nrchain.outcome",
     "Rod": "nrchain.rod",
-    "describe": "nrchain.run",
+    "describe": "nrchain.description",
     "resume": "nrchain.run",
     "simulate": "nrchain.run",
     "Scene": "nrchain.scene",
@@ -60,6 +63,7 @@ _HOMES = {
 __all__ = [
     "BackendError",
     "Branch",
+    "Cause",
     "NrchainError",
     "Rod",
     "Scene",

@@ -7,6 +7,7 @@ kept what it reached; 130, interrupted.
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import StrEnum
@@ -21,6 +22,7 @@ from nrchain import __version__
 from nrchain.errors import NrchainError
 
 if TYPE_CHECKING:
+    from nrchain.cost import WorkPrecision
     from nrchain.run import Progress
     from nrchain.trajectory import Trajectory
 
@@ -131,6 +133,32 @@ def run(
 
 @app.command()
 @_reporting()
+def plan(
+    scene: Annotated[
+        str, typer.Argument(help="Name of a shipped scene, or a TOML file.", show_default=False)
+    ],
+    changes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="KEY=VALUE", help="Change a key of the scene, such as slip.2s=50."
+        ),
+    ] = None,
+) -> None:
+    """Say what a scene's numbers foretell, and run nothing."""
+    from nrchain.plan import plan as foretell
+    from nrchain.scene import load_scene, parse_assignment
+
+    found = foretell(load_scene(scene, **dict(parse_assignment(c) for c in changes or ())))
+    table = _table("quantity", "value", "meaning")
+    for line in found.lines:
+        table.add_row(line.quantity, line.value, line.meaning)
+    _console().print(table)
+    for text in found.warnings:
+        _complain(f"warning: {text}")
+
+
+@app.command()
+@_reporting()
 def resume(directory: Directory) -> None:
     """Go on with a run that was killed or interrupted."""
     from nrchain.run import resume as go_on
@@ -176,6 +204,50 @@ def plot(
     trajectory = Trajectory.open(directory)
     picture = draw_chain(trajectory, output or _beside(trajectory), view=view.value, times=times)
     typer.echo(picture)
+
+
+@app.command()
+@_reporting()
+def cost(
+    scene: Annotated[
+        str, typer.Argument(help="Name of a shipped scene, or a TOML file.", show_default=False)
+    ],
+    changes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="KEY=VALUE", help="Change a key of the scene, such as slip.2s=50."
+        ),
+    ] = None,
+    target: Annotated[
+        float | None,
+        typer.Option(help="Global error to reach, in radii and radians: which setting to use."),
+    ] = None,
+    budget: Annotated[
+        float, typer.Option(help="Seconds that the short runs take together, about.")
+    ] = 30.0,
+) -> None:
+    """Measure what the accuracy of a scene costs, by short runs."""
+    from nrchain.cost import check_target, work_precision
+    from nrchain.scene import load_scene, parse_assignment
+
+    if target is not None:
+        check_target(target)
+    what = load_scene(scene, **dict(parse_assignment(change) for change in changes or ()))
+    console = _console()
+    with _console(stderr=True).status("") as status:
+        found = work_precision(
+            what, budget=budget, progress=lambda stage: status.update(f"measuring {stage}")
+        )
+    console.print(_work_table(found))
+    for line in found.notes():
+        console.print(line, soft_wrap=True)
+    if target is not None:
+        advice = found.advise(target)
+        console.print(f"\nfor an error of {target:g}: {advice.point.setting}", soft_wrap=True)
+        own = "".join(f"--set {shlex.quote(change)} " for change in changes or ())
+        console.print(f"  nrchain run {scene} {own}{advice.arguments}", soft_wrap=True)
+        for line in advice.lines():
+            console.print(f"  {line}", soft_wrap=True)
 
 
 @contextmanager
@@ -235,9 +307,10 @@ def _finish(trajectory: Trajectory) -> None:
     console.print(f"trajectory  {trajectory.path}\npicture     {picture}", soft_wrap=True)
     if trajectory.status != "completed":
         reached, end = trajectory.time[-1], trajectory.scene.run.end
+        advice = f"; {trajectory.cause.advice}" if trajectory.cause else ""
         _complain(
             f"stopped early: {trajectory.reason}; kept are {len(trajectory.time)} of "
-            f"{trajectory.scene.run.snapshots} snapshots, to t = {reached:.6g} of {end:.6g}"
+            f"{trajectory.scene.run.snapshots} snapshots, to t = {reached:.6g} of {end:.6g}{advice}"
         )
         raise typer.Exit(STOPPED)
 
@@ -261,7 +334,7 @@ def _cost(trajectory: Trajectory) -> Table:
 
 
 def _effects(trajectory: Trajectory) -> Table:
-    from nrchain.run import describe
+    from nrchain.description import describe
 
     description = describe(trajectory.scene)
     table = _table("", "effect", "how")
@@ -272,6 +345,31 @@ def _effects(trajectory: Trajectory) -> Table:
         for row, (effect, line) in enumerate(effects):
             table.add_row(heading if row == 0 else "", effect, line)
         table.add_section()
+    return table
+
+
+def _work_table(found: WorkPrecision) -> Table:
+    """Error and cost of every setting; the whole run's only where it is extrapolated."""
+    table = _table()
+    whole = ["whole run"] if found.part < 1.0 else []
+    table.add_column("setting", no_wrap=True)
+    for title in ("error", "seconds", *whole, "steps", "evaluations", "Jacobians"):
+        table.add_column(title, justify="right", no_wrap=True)
+    axis = ""
+    for point in found.points:
+        if point.axis != axis:
+            axis = point.axis
+            table.add_section()
+            table.add_row(axis, style="bold")
+        measured = point.measured
+        counts = (measured.steps, measured.evaluations, measured.jacobians)
+        table.add_row(
+            f"  {point.setting}",
+            f"{measured.error:.1e}" if measured.error else "reference",
+            f"{measured.median:.3g}",
+            *("{:.2g} to {:.2g}".format(*found.whole_run(measured)) for _ in whole),
+            *map(str, counts),
+        )
     return table
 
 

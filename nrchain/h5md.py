@@ -5,7 +5,7 @@
     /particles/chain/position    value (T, N, 3), time (T,), step (T,)
     /particles/chain/frame       value (T, N, 3, 3), the same time and step by hard links
     /parameters                  scene (its TOML text), versions (of what ran it)
-    /nrchain                     times asked for, counters, status, reason, two checkpoints
+    /nrchain                     times asked for, counters, status, cause, reason, two checkpoints
 
 All arrays are contiguous and written once, filled with NaN, when the file is made. A run then only
 overwrites numbers in place and never touches the structure of the file, so that a process killed
@@ -28,6 +28,7 @@ import numpy as np
 
 from nrchain import __version__
 from nrchain.errors import TrajectoryError
+from nrchain.outcome import Cause
 from nrchain.scene import Scene
 
 FILE_NAME = "trajectory.h5"
@@ -39,6 +40,7 @@ VERSIONS = "parameters/versions"
 PLANNED = "nrchain/times"
 COUNTS = "nrchain/counters"
 STATUS = "nrchain/status"
+CAUSE = "nrchain/cause"
 REASON = "nrchain/reason"
 CHECKPOINTS = "nrchain/checkpoints"
 
@@ -47,6 +49,9 @@ COUNTERS = ("steps", "evaluations", "jacobians", "solves", "restarts", "wall_tim
 
 STATUSES = ("running", "completed", "stopped")
 """How a run can stand, by its code in the file; a killed run is left as running."""
+
+CAUSES = (None, *Cause)
+"""Why a run stopped, by its code in the file; the first stands for one that has not."""
 
 REASON_BYTES = 1024
 CHECKPOINT_STATE = 6
@@ -151,6 +156,8 @@ def _allocate(file: Any, scene: Scene, times: np.ndarray) -> None:
     file[COUNTS].attrs["names"] = COUNTERS
     _empty(file, STATUS, (1,), np.uint8, STATUSES.index("running"))
     file[STATUS].attrs["names"] = STATUSES
+    _empty(file, CAUSE, (1,), np.uint8, 0)
+    file[CAUSE].attrs["names"] = [str(cause or "none") for cause in CAUSES]
     _empty(file, REASON, (1,), np.dtype(f"S{REASON_BYTES}"), b"")
 
     _empty(file, f"{CHECKPOINTS}/sequence", (2,), np.int64, 0)

@@ -19,6 +19,7 @@ from nrchain.effects import cosserat
 from nrchain.hydrodynamics.pairs import SlipFlow
 
 if TYPE_CHECKING:
+    from nrchain.effects.steric import Repulsion
     from nrchain.hydrodynamics.friction import PairFriction
     from nrchain.scene import Scene
 
@@ -70,6 +71,7 @@ class Model:
         self._isotropic = scene.elasticity.measure == "isotropic"
         self._drag = scene.drag
         self._scene = scene
+        self.steric = self._make_repulsion()
         self.slip = self._make_slip()
         self.friction = self._make_friction()
         # what the derivative is taken about stays as it was while twists are evaluated elsewhere
@@ -77,7 +79,7 @@ class Model:
         slip_reach = (self.slip.near or 1) if self.slip else 0
         self.reach = max(cosserat.REACH if self.elastic else 0, slip_reach, 1)
         slip_is_near = not self.slip or self.slip.reach <= self.reach
-        self.is_banded = slip_is_near and self.friction is None
+        self.is_banded = slip_is_near and self.friction is None and self.steric is None
         if not self.is_banded:
             self._elastic_blocks = np.zeros((self.count, 2 * cosserat.REACH + 1, 6, 6))
 
@@ -103,6 +105,15 @@ class Model:
         reach = self._places(friction.neighbours)
         return PairFriction(self.count, reach, chain.radius, chain.viscosity, self.period)
 
+    def _make_repulsion(self) -> Repulsion | None:
+        steric = self._scene.steric
+        if not steric.acts:
+            return None
+        from nrchain.effects.steric import Repulsion
+
+        assert steric.strength is not None
+        return Repulsion(steric.kind, steric.strength, self._scene.steric_range, self.period)
+
     def _places(self, neighbours: int | str) -> int | None:
         return neighbours if isinstance(neighbours, int) else None
 
@@ -113,9 +124,8 @@ class Model:
         twists = np.empty((self.count, 6)) if out is None else out
         twists[:] = 0.0
         if self.friction is None:
-            if self.elastic:
-                self._add_elastic_wrenches(positions, frames, twists)
-                _divide(twists, *self._drag)
+            self._add_wrenches(positions, frames, twists)
+            _divide(twists, *self._drag)
             self.add_slip_twists(positions, frames, twists)
             if self.held.any():
                 twists[self.held] = 0.0
@@ -130,8 +140,7 @@ class Model:
         """The wrenches (N, 6), supports included; ``twists``, from slip, gain what they cause."""
         assert self.friction is not None
         wrenches = np.zeros((self.count, 6))
-        if self.elastic:
-            self._add_elastic_wrenches(positions, frames, wrenches)
+        self._add_wrenches(positions, frames, wrenches)
         wrenches[self.held] = 0.0
         self._apply_friction(positions, wrenches, twists)
         if self.held.any():
@@ -172,18 +181,22 @@ class Model:
         mobility = pair.matrix(positions[held])
         return np.linalg.solve(mobility, -twists[held].ravel()).reshape(-1, 6)
 
-    def _add_elastic_wrenches(
+    def _add_wrenches(
         self, positions: np.ndarray, frames: np.ndarray, wrenches: np.ndarray
     ) -> None:
-        cosserat.add_wrenches(
-            positions,
-            frames,
-            self._scene.chain.spacing,
-            self.period,
-            *self.moduli,
-            wrenches,
-            self._isotropic,
-        )
+        """wrenches += (F, T) of elasticity and repulsion."""
+        if self.elastic:
+            cosserat.add_wrenches(
+                positions,
+                frames,
+                self._scene.chain.spacing,
+                self.period,
+                *self.moduli,
+                wrenches,
+                self._isotropic,
+            )
+        if self.steric is not None:
+            self.steric.add_wrenches(positions, wrenches)
 
     def add_slip_twists(
         self, positions: np.ndarray, frames: np.ndarray, twists: np.ndarray
@@ -214,8 +227,8 @@ class Model:
         """blocks (N, 2w + 1, 6, 6) = ∂(v, ω)_i / ∂(u, φ)_{i+m−w} at these poses.
 
         u displaces and φ turns a sphere in the lab. The blocks are the whole derivative if
-        :attr:`is_banded`. If not they are its stiff part, for preconditioning: elasticity through
-        one-body friction and the slip of the spheres within w places.
+        :attr:`is_banded`. If not they are its stiff part, for preconditioning: elasticity and
+        repulsion through one-body friction, and the slip of the spheres within w places.
         """
         blocks[:] = 0.0
         if self.elastic:
@@ -232,7 +245,10 @@ class Model:
                 centre = self.reach
                 near = slice(centre - cosserat.REACH, centre + cosserat.REACH + 1)
                 self._elastic_blocks[:] = blocks[:, near]
-            _divide_blocks(blocks, *self._drag)
+        if self.steric is not None:
+            self.steric.linearise(positions)
+            self.steric.add_blocks(blocks)
+        _divide_blocks(blocks, *self._drag)
         if self.slip:
             self._slip_there.add_jacobian(positions, frames, blocks)
         if self._friction_there is not None:
@@ -251,12 +267,12 @@ class Model:
             self._slip_there.add_product(poses, twists)
         if self._friction_there is None:
             changes = np.zeros((self.count, 6))
-            self._add_elastic_product(poses, changes)
+            self._add_wrench_product(poses, changes)
             _divide(changes, *self._drag)
             twists += changes
             return
         wrenches = np.zeros((self.count, 6))
-        self._add_elastic_product(poses, wrenches)
+        self._add_wrench_product(poses, wrenches)
         wrenches[self.held] = 0.0
         self._friction_there.add_product(poses, wrenches, twists)
         if self.held.any():
@@ -265,6 +281,8 @@ class Model:
             self._apply_friction(self._positions_there, support, twists)
             twists[self.held] = 0.0
 
-    def _add_elastic_product(self, poses: np.ndarray, wrenches: np.ndarray) -> None:
+    def _add_wrench_product(self, poses: np.ndarray, wrenches: np.ndarray) -> None:
         if self.elastic:
             cosserat.add_block_product(self._elastic_blocks, poses, self.period > 0.0, wrenches)
+        if self.steric is not None:
+            self.steric.add_product(poses, wrenches)

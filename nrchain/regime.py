@@ -22,23 +22,54 @@ LARGEST_STRAIN = 0.3
 WAVENUMBERS = 64
 """How many waves, from one over the chain to two spheres long, are tried for growth."""
 
+STEPS_PER_NOISE = 0.3
+"""Steps CVODE takes for every ``atol`` by which rounding moves a sphere: measured, N = 64."""
+
+NOISE_STEPS = 5000
+"""More steps than this for the rounding of stiff springs alone are worth a warning."""
+
 
 def warnings(scene: Scene) -> list[str]:
     """What to know before a scene runs, one sentence each with its numbers and a remedy.
 
-    Empty for a scene in the beam limit, and for chains that no plane wave describes (strengths
-    that differ from sphere to sphere, axes that turn the chain across itself).
+    Empty for a scene in the beam limit whose tolerance is above the rounding of its springs.
+    Chains that no plane wave describes (strengths that differ from sphere to sphere, axes that
+    turn the chain across itself) are not judged by the beam limit.
     """
+    return [text for text in (*_beam_warnings(scene), _rounding_warning(scene)) if text]
+
+
+def _beam_warnings(scene: Scene) -> list[str]:
     if not scene.slip.modes:
         return []
     try:
         near = _one_body(scene)
         stress = steady_stress(near, spheres=max(scene.chain.particles // 2, 1))
-        found = [_strain_warning(scene, float(abs(stress[0])))]
-        found.append(_growth_warning(scene, near))
+        return [_strain_warning(scene, float(abs(stress[0]))), _growth_warning(scene, near)]
     except SceneError:
         return []
-    return [text for text in found if text]
+
+
+def rounding_drift(scene: Scene) -> float:
+    """ε λ L/γ_T: the velocity that the rounding of coordinates gives a sphere through its springs.
+
+    A coordinate of size L is known to εL, a link strains by as much over d, and its springs, of
+    stiffness λ, answer with a force that no step can resolve.
+    """
+    stiffness = max(scene.moduli.stretch, scene.moduli.shear)
+    return float(np.finfo(float).eps) * stiffness * scene.length / scene.drag.translation
+
+
+def _rounding_warning(scene: Scene) -> str:
+    moved = STEPS_PER_NOISE * rounding_drift(scene) * scene.run.end / scene.chain.radius
+    steps = moved / scene.run.atol
+    if steps <= NOISE_STEPS:
+        return ""
+    return (
+        f"run.atol = {scene.run.atol:g} is below what rounding leaves of springs this stiff, and "
+        f"takes some {steps:.1g} steps; no more accuracy is to be had below run.atol = "
+        f"{moved / NOISE_STEPS:.1g}"
+    )
 
 
 def _one_body(scene: Scene) -> Scene:

@@ -1,4 +1,4 @@
-"""Step, record, checkpoint, report: the loop that takes a scene to a trajectory.
+"""Step, watch, record, checkpoint: the loop that takes a scene to a trajectory.
 
 The charts of the chain are left for fresh ones, and the integrator is started again, only at
 points that the run itself decides: when a sphere has turned by a quarter of a turn against its
@@ -13,18 +13,20 @@ import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
-from nrchain.chain import closest_pair, initial_poses
 from nrchain.charts import TURN_LIMIT, ChartedChain
-from nrchain.errors import SceneError, TrajectoryError
+from nrchain.errors import TrajectoryError
+from nrchain.guard import Guard, Poses
 from nrchain.integrators import find_integrator
 from nrchain.integrators.base import IntegrationError, Integrator
+from nrchain.interruption import Interruption, deferred
 from nrchain.model import Model
-from nrchain.regime import warnings
+from nrchain.outcome import Cause, Stop
+from nrchain.recording import Memory, Recorder
 from nrchain.scene import Scene
+from nrchain.start import starting_poses
 from nrchain.trajectory import Checkpoint, Trajectory, TrajectoryWriter
 
 RESTART_STEPS = 2000
@@ -32,6 +34,9 @@ RESTART_STEPS = 2000
 
 STALLED = 1e-9
 """Less progress than this part of the run in :data:`RESTART_STEPS` steps: it will not get there."""
+
+CHART_LIMIT = 2e3
+"""|θ| = 2 tan(α/2) at which a chart is no longer to be trusted: 1e-3 rad from a half turn."""
 
 
 @dataclass(frozen=True)
@@ -46,82 +51,39 @@ class Progress:
     wall_time: float
 
 
-class Recorder(Protocol):
-    """What the loop needs of whoever keeps the trajectory."""
-
-    def write(
-        self, index: int, time: float, positions: np.ndarray, frames: np.ndarray, step: int
-    ) -> None: ...
-
-    def checkpoint(self, checkpoint: Checkpoint) -> None: ...
-
-    def update_counters(self, counters: dict[str, float]) -> None: ...
-
-
-class _Memory:
-    """Keeps a trajectory as arrays."""
-
-    def __init__(self, scene: Scene) -> None:
-        snapshots, count = scene.run.snapshots, scene.chain.particles
-        self.time = np.full(snapshots, np.nan)
-        self.positions = np.empty((snapshots, count, 3))
-        self.frames = np.empty((snapshots, count, 3, 3))
-        self.counters: dict[str, float] = {}
-
-    def write(
-        self, index: int, time: float, positions: np.ndarray, frames: np.ndarray, step: int
-    ) -> None:
-        self.positions[index], self.frames[index], self.time[index] = positions, frames, time
-
-    def checkpoint(self, checkpoint: Checkpoint) -> None:
-        """Nothing outlives the process."""
-
-    def update_counters(self, counters: dict[str, float]) -> None:
-        self.counters = dict(counters)
-
-    def trajectory(self, scene: Scene, status: str, reason: str) -> Trajectory:
-        done = np.isfinite(self.time)
-        return Trajectory(
-            self.time[done],
-            self.positions[done],
-            self.frames[done],
-            scene,
-            self.counters,
-            status,
-            reason,
-        )
-
-
 class _Run:
-    """One scene being integrated, from a start or from a checkpoint."""
+    """One scene being integrated, from starting poses or from a checkpoint."""
 
     def __init__(
         self,
         scene: Scene,
         recorder: Recorder,
         progress: Callable[[Progress], None] | None,
-        begin: Checkpoint | None,
-        poses: tuple[np.ndarray, np.ndarray],
+        interruption: Interruption,
+        begin: Checkpoint | Poses,
+        repeated: float = 0,
     ) -> None:
         self.scene, self.recorder, self.progress = scene, recorder, progress
+        self.interruption = interruption
         self.times = snapshot_times(scene)
-        self.model = Model(scene)
-        self.chain = ChartedChain(self.model)
+        self.chain = ChartedChain(Model(scene))
         self.integrator = make_integrator(scene, self.chain)
-        self.earlier = dict(begin.counters) if begin else {}
-        self.began = clock.perf_counter()
-        self.restarts = 0
-        self.fresh_steps = 0
-        if begin is None:
-            self.time, self.next = 0.0, 0
-            self.restarted = 0.0
-            self.chain.rebase(0.0, *poses)
-            self._record(*poses)
-            self._checkpoint()
-        else:
-            self.time, self.next = begin.time, begin.snapshot
-            self.restarted = begin.time
+        self.began = self.spending = clock.perf_counter()
+        self.repeated = repeated
+        self.restarts = self.fresh_steps = 0
+        if isinstance(begin, Checkpoint):
+            self.earlier = dict(begin.counters)
+            self.time, self.next, self.restarted = begin.time, begin.snapshot, begin.time
             self.chain.set_base(begin.time, begin.positions, begin.frames, begin.drift, begin.spin)
+            self.positions, self.frames = begin.positions, begin.frames
+        else:
+            self.earlier = {}
+            self.time, self.next, self.restarted = 0.0, 0, 0.0
+            self.positions, self.frames = begin
+            self.chain.rebase(0.0, *begin)
+            self._record(0.0, *begin)
+            self._checkpoint()
+        self.guard = Guard(scene, self.positions)
 
     @property
     def counters(self) -> dict[str, float]:
@@ -135,71 +97,104 @@ class _Run:
         }
         return {name: value + self.earlier.get(name, 0) for name, value in new.items()}
 
-    def go(self) -> tuple[str, str]:
-        """Integrate to the end, or until nothing more can be done: (status, reason)."""
-        status, reason = "completed", ""
+    def go(self) -> Stop | None:
+        """Integrate to the end, or until nothing more can be done, and tell why."""
+        stop = None
         try:
-            if self.chain.dimension == 0:
-                self._hold()
-            else:
-                self._integrate()
+            # numbers beyond the range of floats are found in what they lead to
+            with np.errstate(all="ignore"):
+                if self.chain.dimension == 0:
+                    self._hold()
+                else:
+                    self._integrate()
+        except Stop as event:
+            stop = event
         except IntegrationError as error:
-            status, reason = "stopped", f"at t = {self.time:.6g}: {error}"
+            stop = Stop(error.cause, self.time, str(error))
+        except (ArithmeticError, np.linalg.LinAlgError) as error:
+            stop = Stop(Cause.NOT_FINITE, self.time, str(error))
+        if stop is not None:
+            self._record_last()
         self.recorder.update_counters(self.counters)
-        return status, reason
+        return stop
 
     def _hold(self) -> None:
         """Every sphere is clamped: all snapshots are the first."""
         for due in self.times[self.next :]:
-            self._record(self.chain.base_positions, self.chain.base_frames, time=due)
+            self._record(due, self.positions, self.frames)
 
     def _integrate(self) -> None:
         still = np.zeros(self.chain.dimension)
         self.integrator.start(self.time, still)
         while self.next < len(self.times):
-            before = self.time
-            self.time = self.integrator.step()
+            self._keep_to_budget()
+            reached = self.integrator.step()
             self.fresh_steps += 1
-            if self.time == before:
+            if reached == self.time:
                 raise IntegrationError("steps have become too small to advance the time")
-            while self.next < len(self.times) and self.times[self.next] <= self.time:
-                due = self.times[self.next]
-                self._record(*self.chain.poses(due, self.integrator.at(due)), time=due)
+            self._go_over(reached)
             if self.next == len(self.times):
                 break
-            y = self.integrator.at(self.time)
-            poses = self.chain.poses(self.time, y)
-            self._refuse_contact(poses[0])
-            turned = self.chain.largest_turn(y) > TURN_LIMIT
+            # the integrator goes on from the end of its step, wherever it was asked for poses
+            y = self.integrator.at(reached)
+            turned = self.chain.largest_turn(y)
+            if not turned < CHART_LIMIT:
+                raise Stop(Cause.CHART, self.time, "a step has turned a sphere by a half turn")
             if self.fresh_steps >= RESTART_STEPS and self._stalled():
                 raise IntegrationError(
-                    f"{RESTART_STEPS} steps advanced the time by {self.time - self.chain.time:.3g}"
+                    f"{RESTART_STEPS} steps advanced the time by {self.time - self.restarted:.3g}"
                 )
-            if turned or self.fresh_steps >= RESTART_STEPS:
-                self.chain.rebase(self.time, *poses)
+            if turned > TURN_LIMIT or self.fresh_steps >= RESTART_STEPS:
+                self.chain.rebase(self.time, self.positions, self.frames)
                 self._checkpoint()
                 self.restarts += 1
                 self.integrator.start(self.time, still)
 
+    def _keep_to_budget(self) -> None:
+        limits = self.scene.run
+        if self.interruption.name:
+            raise Stop(Cause.INTERRUPTED, self.time, f"interrupted by {self.interruption.name}")
+        steps = self.integrator.steps + self.earlier.get("steps", 0)
+        if steps < self.repeated:
+            # what an earlier run reached is free, or small budgets would never come past it
+            self.spending = clock.perf_counter()
+            return
+        if limits.max_steps is not None and steps - self.repeated >= limits.max_steps:
+            raise Stop(Cause.BUDGET, self.time, f"{limits.max_steps} steps are spent")
+        spent = clock.perf_counter() - self.spending
+        if limits.max_seconds is not None and spent > limits.max_seconds:
+            raise Stop(Cause.BUDGET, self.time, f"{limits.max_seconds:g} s are spent")
+
+    def _go_over(self, reached: float) -> None:
+        """Record what is due in the step just taken; end it where an event does."""
+        end = min(reached, float(self.times[-1]))
+        stop = self.guard.watch(self.time, self.positions, end, self._poses_at)
+        until = end if stop is None else stop.time
+        while self.next < len(self.times) and self.times[self.next] <= until:
+            due = float(self.times[self.next])
+            self._record(due, *self._poses_at(due))
+        if stop is None or stop.cause is not Cause.NOT_FINITE:
+            self.time = until
+            self.positions, self.frames = self._poses_at(until)
+        if stop is not None:
+            raise stop
+
+    def _poses_at(self, time: float) -> Poses:
+        """Poses at a time within the last step, in arrays of their own."""
+        positions, frames = self.chain.poses(time, self.integrator.at(time))
+        return positions.copy(), frames.copy()
+
     def _stalled(self) -> bool:
         return self.time - self.restarted < STALLED * self.times[-1]
 
-    def _refuse_contact(self, positions: np.ndarray) -> None:
-        distance, i, j = closest_pair(positions, self.model.period)
-        if distance <= 2.0 * self.scene.chain.radius:
-            raise IntegrationError(
-                f"spheres {i} and {j} touch (distance {distance / self.scene.chain.radius:.4g} a)"
-            )
-
-    def _record(self, positions: np.ndarray, frames: np.ndarray, time: float | None = None) -> None:
-        when = self.time if time is None else float(time)
-        self.recorder.write(self.next, when, positions, frames, self.integrator.steps)
+    def _record(self, time: float, positions: np.ndarray, frames: np.ndarray) -> None:
+        self.recorder.write(self.next, time, positions, frames, self.integrator.steps)
         self.recorder.update_counters(self.counters)
         self.next += 1
         if self.progress:
             self.progress(
                 Progress(
-                    when,
+                    time,
                     float(self.times[-1]),
                     self.next,
                     len(self.times),
@@ -207,6 +202,12 @@ class _Run:
                     self.counters["wall_time"],
                 )
             )
+
+    def _record_last(self) -> None:
+        """The poses at which a run stops, in the place of the snapshot it was on the way to."""
+        last = self.times[self.next - 1]
+        if self.next < len(self.times) and self.time > last:
+            self._record(self.time, self.positions, self.frames)
 
     def _checkpoint(self) -> None:
         self.fresh_steps = 0
@@ -237,44 +238,6 @@ def make_integrator(scene: Scene, chain: ChartedChain) -> Integrator:
     return scheme(chain, scene.run.end, scene.run.rtol, np.tile(pose, chain.dimension // 6))
 
 
-def starting_poses(
-    scene: Scene, positions: np.ndarray | None = None, frames: np.ndarray | None = None
-) -> tuple[np.ndarray, np.ndarray]:
-    """The poses a run starts from: the scene's, or the ones given, checked.
-
-    Raises :class:`~nrchain.errors.SceneError` for poses of the wrong shape, that are not finite,
-    frames that are not right-handed and orthonormal to 1e-8, and spheres that overlap.
-    """
-    built = initial_poses(scene)
-    count = scene.chain.particles
-    poses = tuple(
-        own if given is None else np.array(given, float)
-        for given, own in zip((positions, frames), built, strict=True)
-    )
-    for name, array, shape in zip(
-        ("positions", "frames"), poses, ((count, 3), (count, 3, 3)), strict=True
-    ):
-        if array.shape != shape:
-            raise SceneError(name, array.shape, f"the shape must be {shape}")
-        if not np.isfinite(array).all():
-            raise SceneError(name, "NaN or inf", "all numbers must be finite")
-    gram = np.einsum("nak,nbk->nab", poses[1], poses[1])
-    if np.abs(gram - np.eye(3)).max() > 1e-8 or np.linalg.det(poses[1]).min() < 0:
-        raise SceneError(
-            "frames", "not rotations", "rows must be orthonormal and right-handed to 1e-8"
-        )
-    period = scene.length if scene.chain.ends == "periodic" else 0.0
-    distance, i, j = closest_pair(poses[0], period)
-    if distance <= 2.0 * scene.chain.radius:
-        raise SceneError(
-            "start",
-            scene.start.shape if positions is None else "positions",
-            f"spheres {i} and {j} overlap: they are {distance:.6g} apart and must be more than "
-            f"{2 * scene.chain.radius:g}",
-        )
-    return poses[0], poses[1]
-
-
 def simulate(
     scene: Scene,
     *,
@@ -302,8 +265,9 @@ def simulate(
     Returns
     -------
     Trajectory
-        With ``status`` "completed", or "stopped" with a ``reason`` when the run cannot go on; what
-        was reached is kept.
+        With ``status`` "completed", or "stopped" with a ``cause`` and a ``reason`` when the run
+        cannot go on or has spent its budget; what was reached is kept, with the poses at which it
+        stopped for a last snapshot.
 
     Raises
     ------
@@ -311,15 +275,20 @@ def simulate(
         Before any time is spent, for a start that cannot be simulated.
     TrajectoryError
         When ``output`` exists and ``overwrite`` is not set, or cannot be written.
+    KeyboardInterrupt
+        On Ctrl-C and SIGTERM, once the step under way is done and the file is closed in order.
     """
     poses = starting_poses(scene, positions, frames)
     if output is None:
-        memory = _Memory(scene)
-        status, reason = _Run(scene, memory, progress, None, poses).go()
-        return memory.trajectory(scene, status, reason)
-    with TrajectoryWriter(output, scene, snapshot_times(scene), overwrite=overwrite) as writer:
-        status, reason = _Run(scene, writer, progress, None, poses).go()
-        writer.close(status, reason)
+        memory = Memory(scene)
+        with deferred() as interruption:
+            stop = _Run(scene, memory, progress, interruption, poses).go()
+        return memory.trajectory(scene, stop)
+    with (
+        deferred() as interruption,
+        TrajectoryWriter(output, scene, snapshot_times(scene), overwrite=overwrite) as writer,
+    ):
+        _finish(writer, _Run(scene, writer, progress, interruption, poses).go())
     return Trajectory.open(output)
 
 
@@ -327,7 +296,7 @@ def resume(path: str | Path, *, progress: Callable[[Progress], None] | None = No
     """Go on with a run that was killed or interrupted, from its last checkpoint to its end.
 
     The result is that of the uninterrupted run, bit for bit. A run that is complete is returned
-    as it is.
+    as it is. The budget of the scene holds for what is new.
     """
     done = Trajectory.open(path)
     if done.status == "completed":
@@ -335,57 +304,14 @@ def resume(path: str | Path, *, progress: Callable[[Progress], None] | None = No
     begin = done.latest_checkpoint()
     if begin is None:
         raise TrajectoryError(f"{done.path}: was killed before it began; run its scene again")
-    with TrajectoryWriter.reopen(path) as writer:
-        run = _Run(done.scene, writer, progress, begin, (begin.positions, begin.frames))
-        status, reason = run.go()
-        writer.close(status, reason)
+    with deferred() as interruption, TrajectoryWriter.reopen(path) as writer:
+        repeated = done.counters["steps"]
+        _finish(writer, _Run(done.scene, writer, progress, interruption, begin, repeated).go())
     return Trajectory.open(path)
 
 
-@dataclass(frozen=True)
-class Description:
-    """What a scene simulates and what it leaves out: (effect, one line) each, and warnings."""
-
-    simulated: list[tuple[str, str]]
-    left_out: list[tuple[str, str]]
-    warnings: list[str]
-
-
-def describe(scene: Scene) -> Description:
-    """The effects a scene names, those it does without, and whether it is in the beam limit."""
-    simulated: list[tuple[str, str]] = []
-    left_out: list[tuple[str, str]] = []
-    for name, modulus in zip(scene.moduli._fields, scene.moduli, strict=True):
-        (simulated if modulus else left_out).append(
-            (name, f"modulus {modulus:.4g}" if modulus else "modulus 0")
-        )
-    reach = scene.slip.neighbours
-    where = _reach_text(reach)
-    for label, mode in scene.slip.modes.items():
-        strength = np.unique(mode.strength)
-        text = f"{strength[0]:g}" if len(strength) == 1 else f"{strength[0]:g} to {strength[-1]:g}"
-        if np.any(strength):
-            simulated.append((f"slip {label}", f"strength {text}, {where}"))
-        else:
-            left_out.append((f"slip {label}", "strength 0"))
-    if scene.slip.modes:
-        (simulated if scene.slip.finite_size else left_out).append(
-            ("finite size", "(a/r)² in the velocity of 2s")
-        )
-        if reach != "all":
-            left_out.append(("long range", f"slip flows beyond {where}"))
-    friction = scene.friction
-    if friction.kind == "one-body":
-        simulated.append(("friction", "one-body"))
-        left_out.append(("friction between spheres", "Rotne–Prager–Yamakawa mobilities"))
+def _finish(writer: TrajectoryWriter, stop: Stop | None) -> None:
+    if stop is None:
+        writer.close("completed")
     else:
-        simulated.append(("friction", f"pairwise, {_reach_text(friction.neighbours)}"))
-        left_out.append(("near field", "lubrication and reflections, of order (a/r)⁴"))
-    left_out.append(("other effects", "Brownian motion, steric repulsion, external fields"))
-    return Description(simulated, left_out, warnings(scene))
-
-
-def _reach_text(neighbours: int | str) -> str:
-    if neighbours == "all":
-        return "all pairs"
-    return f"{neighbours} neighbour{'s' * (neighbours != 1)} a side"
+        writer.close("stopped", stop.reason, stop.cause)

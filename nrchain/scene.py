@@ -41,6 +41,7 @@ from nrchain.scene_sections import (
     Slip,
     SlipSpec,
     StartSpec,
+    StericSpec,
     read_friction,
 )
 
@@ -56,6 +57,7 @@ __all__ = [
     "Slip",
     "SlipSpec",
     "StartSpec",
+    "StericSpec",
     "load_scene",
     "parse_assignment",
     "scene_names",
@@ -95,6 +97,7 @@ class Scene(Section):
     )
     slip: Annotated[SlipSpec, section(SlipSpec)] = field(default_factory=SlipSpec)
     friction: Annotated[FrictionSpec, read_friction] = field(default_factory=FrictionSpec)
+    steric: Annotated[StericSpec, section(StericSpec)] = field(default_factory=StericSpec)
     start: Annotated[StartSpec, section(StartSpec)] = field(default_factory=StartSpec)
     run: Annotated[RunSpec, section(RunSpec)]
     title: Annotated[str, line()] = ""
@@ -131,8 +134,15 @@ class Scene(Section):
         unit = 2 * math.pi if self.chain.ends == "periodic" else math.pi
         return self.start.wavenumber * unit / self.length
 
+    @property
+    def steric_range(self) -> float:
+        """Distance of centres at which a repulsion begins: as given, or 2^(1/6) · 2a."""
+        given = self.steric.range
+        return 2 ** (7 / 6) * self.chain.radius if given is None else given
+
     def check(self) -> None:
         self._check_strengths()
+        self._check_repulsion()
         if self.chain.ends == "periodic":
             self._check_periodic()
         self._check_range()
@@ -146,6 +156,16 @@ class Scene(Section):
                     f" not {len(slip.strength)}"
                 )
                 raise SceneError(SlipSpec.key(label), slip.strength, allowed)
+
+    def _check_repulsion(self) -> None:
+        """Refuse a repulsion that the chain at rest would already feel, or spheres not at all."""
+        reach, spacing = self.steric_range, self.chain.spacing
+        if self.steric.acts and not 2 * self.chain.radius < reach <= spacing:
+            allowed = (
+                f"must exceed two radii, {2 * self.chain.radius!r}, and be no more than"
+                f" chain.spacing = {spacing!r}, or neighbours at rest push each other apart"
+            )
+            raise SceneError("steric.range", reach, allowed)
 
     def _check_periodic(self) -> None:
         """Refuse what cannot be repeated along x."""
@@ -184,7 +204,7 @@ class Scene(Section):
     @classmethod
     def spellings(cls) -> tuple[str, ...]:
         """Every dotted key, so that one without its section is recognised."""
-        specs = (ChainSpec, ElasticitySpec, SlipSpec, FrictionSpec, StartSpec, RunSpec)
+        specs = (ChainSpec, ElasticitySpec, SlipSpec, FrictionSpec, StericSpec, StartSpec, RunSpec)
         return (*cls.rules(), *(spec.key(name) for spec in specs for name in spec.spellings()))
 
     @classmethod

@@ -32,6 +32,7 @@ Kind = Literal["one-body", "pairwise"]
 Measure = Literal["paper", "isotropic"]
 Backend = Literal["native", "pystokes"]
 Integrator = Literal["cvode", "radau", "scipy-bdf"]
+Repulsion = Literal["none", "wca", "harmonic"]
 Shape = Literal["straight", "sine", "helix-left", "helix-right", "random"]
 
 PYSTOKES_MODES = ("2s", "3a", "3t", "4a")
@@ -217,6 +218,33 @@ def read_friction(key: str, value: Any) -> FrictionSpec:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class StericSpec(Section):
+    """A repulsion between spheres that come near each other, along the chain or across it.
+
+    ``strength`` is an energy; ``range`` the distance of centres below which spheres repel each
+    other, 2^(1/6) times two radii when it is not given. See :mod:`nrchain.effects.steric`.
+    """
+
+    path: ClassVar[str] = "steric"
+    kind: Annotated[Repulsion, choice(Repulsion)] = "none"
+    strength: Annotated[float | None, optional(number(above=0))] = None
+    range: Annotated[float | None, optional(number(above=0))] = None
+
+    @property
+    def acts(self) -> bool:
+        """Whether a repulsion is named."""
+        return self.kind != "none"
+
+    def check(self) -> None:
+        if self.acts and self.strength is None:
+            raise SceneError("steric.strength", None, "must be given along with steric.kind")
+        for name in ("strength", "range"):
+            if not self.acts and getattr(self, name) is not None:
+                allowed = "acts only with a repulsion: name steric.kind, 'wca' or 'harmonic'"
+                raise SceneError(f"steric.{name}", getattr(self, name), allowed)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class StartSpec(Section):
     """The shape at t = 0: amplitude a length, wavenumber in units of π/L (periodic: 2π/L)."""
 
@@ -233,6 +261,7 @@ class RunSpec(Section):
 
     ``rtol`` and ``atol`` are tolerances per step, the latter in radii and radians; the error at the
     end is some tens to some hundreds of times as large with the backward differences of ``cvode``.
+    ``max_steps`` and ``max_seconds`` are what one run, or one resumption of it, may spend.
     """
 
     path: ClassVar[str] = "run"
@@ -241,3 +270,5 @@ class RunSpec(Section):
     rtol: Annotated[float, number(least=1e-14, most=1e-1)] = 1e-7
     atol: Annotated[float, number(above=0, most=1e-1)] = 1e-7
     integrator: Annotated[Integrator, choice(Integrator)] = "cvode"
+    max_steps: Annotated[int | None, optional(whole(least=1))] = None
+    max_seconds: Annotated[float | None, optional(number(above=0))] = None

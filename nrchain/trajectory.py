@@ -20,6 +20,7 @@ import numpy as np
 from nrchain import h5md
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.h5md import COUNTERS
+from nrchain.outcome import Cause
 from nrchain.scene import Scene
 
 __all__ = ["COUNTERS", "Checkpoint", "Trajectory", "TrajectoryWriter"]
@@ -47,6 +48,9 @@ class Checkpoint:
 class Trajectory:
     """The poses of a chain at the snapshots that a run has finished.
 
+    Snapshots are at the times the scene asks for; one of a run that stopped may come last, with
+    the poses at which it did.
+
     Parameters
     ----------
     time
@@ -60,8 +64,10 @@ class Trajectory:
     counters
         Steps, evaluations and so on, see :data:`COUNTERS`.
     status
-        ``"completed"``; ``"stopped"``, with a ``reason``; or ``"running"``, which is also how a
-        killed run is left.
+        ``"completed"``; ``"stopped"``, with a ``cause`` and a ``reason``, one sentence; or
+        ``"running"``, which is also how a killed run is left.
+    cause
+        Why a run stopped, with advice: see :class:`~nrchain.outcome.Cause`.
     path
         Where the file is, if there is one.
     """
@@ -74,6 +80,7 @@ class Trajectory:
     status: str = "completed"
     reason: str = ""
     path: Path | None = None
+    cause: Cause | None = None
 
     def __post_init__(self) -> None:
         snapshots, particles = len(self.time), self.scene.chain.particles
@@ -136,7 +143,7 @@ class TrajectoryWriter:
         """Go on with the file of a run that was killed or stopped, marking it as running again."""
         writer = cls.__new__(cls)
         writer._attach(h5md.locate(path))
-        writer._set_status("running", "")
+        writer._set_status("running")
         return writer
 
     def _attach(self, path: Path) -> None:
@@ -201,10 +208,12 @@ class TrajectoryWriter:
             self._counts[:] = _counts(merged)
         self._counters = merged
 
-    def close(self, status: str | None = None, reason: str = "") -> None:
-        """Close the file; ``status`` and ``reason`` say how the run ended, if it has."""
+    def close(
+        self, status: str | None = None, reason: str = "", cause: Cause | None = None
+    ) -> None:
+        """Close the file; ``status``, ``reason`` and ``cause`` say how the run ended, if it has."""
         if self._file and status is not None:
-            self._set_status(status, reason)
+            self._set_status(status, reason, cause)
         self._file.close()
 
     def __enter__(self) -> Self:
@@ -219,14 +228,15 @@ class TrajectoryWriter:
         if error is None:
             self.close()
         elif isinstance(error, KeyboardInterrupt):
-            self.close("stopped", "interrupted")
+            self.close("stopped", "interrupted", Cause.INTERRUPTED)
         else:
-            self.close("stopped", f"{type(error).__name__}: {error}")
+            self.close("stopped", f"{type(error).__name__}: {error}", Cause.ERROR)
 
-    def _set_status(self, status: str, reason: str) -> None:
+    def _set_status(self, status: str, reason: str = "", cause: Cause | None = None) -> None:
         whole = reason.encode()[: h5md.REASON_BYTES].decode(errors="ignore")
         with h5md.refusing(self.path, "cannot be written"):
             self._file[h5md.REASON][0] = whole.encode()
+            self._file[h5md.CAUSE][0] = h5md.CAUSES.index(cause)
             self._commit(self._file[h5md.STATUS], 0, h5md.STATUSES.index(status))
 
     def _commit(self, marks: Any, place: int, value: float) -> None:
@@ -259,6 +269,7 @@ def _contents(file: Any) -> dict[str, Any]:
         "counters": _counters(file[h5md.COUNTS][()]),
         "status": h5md.STATUSES[file[h5md.STATUS][0]],
         "reason": file[h5md.REASON][0].decode(),
+        "cause": h5md.CAUSES[file[h5md.CAUSE][0]],
     }
 
 

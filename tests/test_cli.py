@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import nrchain.description
 import nrchain.run
 from nrchain import __version__
 from nrchain.cli import INTERRUPTED, PICTURE, REFUSED, STOPPED, app
@@ -188,6 +189,18 @@ def test_a_missing_run_is_refused(tmp_path, command):
     assert_refused(call(command, tmp_path), tmp_path, "no such trajectory")
 
 
+def test_plan_runs_nothing_and_warns(tmp_path, stub, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = call("plan", "buckling", "--set", "chain.particles=64")
+    assert result.exit_code == 0, result.stderr
+    for part in ("closest approach", "stretch", "growth", "reach"):
+        assert part in result.stdout
+    assert "warning: out of the beam limit" in result.stderr
+    assert stub.scene is None
+    assert not any(tmp_path.iterdir())
+    assert_refused(call("plan", "bucklin"), "did you mean 'buckling'")
+
+
 def test_scenes_lists_every_scene():
     result = call("scenes")
     assert result.exit_code == 0
@@ -218,8 +231,8 @@ def test_plot_draws_where_and_as_it_is_told(tmp_path, stub):
 
 
 def test_brackets_in_a_title_are_no_markup(tmp_path, stub, monkeypatch):
-    description = nrchain.run.Description([("[red]effect", ":smile: [/x]")], [], [])
-    monkeypatch.setattr(nrchain.run, "describe", lambda scene: description)
+    description = nrchain.description.Description([("[red]effect", ":smile: [/x]")], [], [])
+    monkeypatch.setattr(nrchain.description, "describe", lambda scene: description)
     result = call("run", "passive", "-o", tmp_path)
     assert "[red]effect" in result.stdout
     assert ":smile: [/x]" in result.stdout
@@ -242,5 +255,5 @@ finally:
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    for command in ("run", "resume", "scenes", "plot"):
+    for command in ("run", "plan", "resume", "scenes", "plot"):
         assert command in done.stdout

@@ -11,8 +11,9 @@ import pytest
 from poses import random_chain
 
 import nrchain
-from nrchain import chain, run
+from nrchain import chain, run, start
 from nrchain.errors import SceneError, TrajectoryError
+from nrchain.outcome import Cause
 
 
 def sides(trajectory):
@@ -23,6 +24,18 @@ def sides(trajectory):
 def worst_frame(frames):
     gram = np.einsum("...ak,...bk->...ab", frames, frames)
     return np.abs(gram - np.eye(3)).max()
+
+
+def wait_for_snapshots(child, path, count):
+    """Until a child process has written so many, or has ended."""
+    reached = 0
+    while child.poll() is None and reached < count:
+        time.sleep(0.02)
+        if path.exists():
+            try:
+                reached = len(nrchain.Trajectory.open(path).time)
+            except TrajectoryError:
+                continue  # the file is being laid out
 
 
 @pytest.fixture(scope="module")
@@ -138,12 +151,32 @@ def test_a_start_of_ones_own():
     assert np.array_equal(trajectory.positions[0], positions)
 
 
+def half_turned(angle=3.0):
+    """Frames of 20 spheres with a twist of ``angle`` between the halves of the chain."""
+    frames = np.tile(np.eye(3), (20, 1, 1))
+    frames[10:, 1:, 1:] = [
+        [np.cos(angle), np.sin(angle)],
+        [-np.sin(angle), np.cos(angle)],
+    ]
+    return frames
+
+
+def test_any_turn_is_fine_without_springs_against_it():
+    scene = nrchain.load_scene(
+        "passive", elasticity={"twist": 0.0, "bend": 0.0}, **{"chain.ends": "free", "run.end": 0.1}
+    )
+    assert nrchain.simulate(scene, frames=half_turned()).status == "completed"
+
+
 @pytest.mark.parametrize(
     ("poses", "message"),
     [
         ({"positions": np.zeros((3, 3))}, r"positions = \(3, 3\): the shape must be \(20, 3\)"),
         ({"positions": np.zeros((20, 3))}, "overlap"),
         ({"positions": np.full((20, 3), np.nan)}, "finite"),
+        ({"positions": [["a"] * 3] * 20}, "array of numbers"),
+        ({"positions": 1e200 * np.arange(60.0).reshape(20, 3)}, "no coordinate may exceed"),
+        ({"frames": half_turned()}, r"link 9 is turned by 3 rad"),
         ({"frames": np.zeros((20, 3, 3))}, "orthonormal"),
         ({"frames": -np.broadcast_to(np.eye(3), (20, 3, 3))}, "right-handed"),
     ],
@@ -157,7 +190,7 @@ def test_overlapping_start_of_a_scene_is_refused():
     # a sine in the y direction brings no spheres together, random offsets of 1 a at 2.001 a do
     crowded = nrchain.load_scene("buckling", chain={"spacing": 2.001})
     with pytest.raises(SceneError, match=r"spheres .* overlap"):
-        nrchain.simulate(crowded, positions=1.999 / 2.001 * run.starting_poses(crowded)[0])
+        nrchain.simulate(crowded, positions=1.999 / 2.001 * start.starting_poses(crowded)[0])
 
 
 def test_spheres_that_touch_stop_the_run():
@@ -171,9 +204,75 @@ def test_spheres_that_touch_stop_the_run():
         }
     )
     trajectory = nrchain.simulate(scene)
-    assert trajectory.status == "stopped"
-    assert "spheres 0 and 1 touch" in trajectory.reason
-    assert 1 <= len(trajectory.time) < 101
+    assert (trajectory.status, trajectory.cause) == ("stopped", Cause.TOUCH)
+    assert "spheres 0 and 1 touch (distance 2 a)" in trajectory.reason
+    # the last snapshot is the contact itself, at a time of its own
+    assert f"t = {trajectory.time[-1]:.6g}" in trajectory.reason
+    assert trajectory.time[-1] not in run.snapshot_times(scene)
+    gap = np.linalg.norm(np.diff(trajectory.positions[-1], axis=0)) - 2.0
+    assert abs(gap) < 1e-12
+
+
+def test_a_budget_of_steps_is_kept_and_spent_anew_by_resuming(tmp_path):
+    scene = nrchain.load_scene("spiral-left", run={"end": 60.0, "snapshots": 31})
+    whole = nrchain.simulate(scene)
+    steps = whole.counters["steps"] // 3 + 1
+    limited = nrchain.load_scene(scene, **{"run.max_steps": steps})
+    pieces = nrchain.simulate(limited, output=tmp_path)
+    assert pieces.cause is Cause.BUDGET
+    assert pieces.counters["steps"] == steps
+    assert f"{steps} steps are spent" in pieces.reason
+    for _ in range(9):
+        if pieces.status == "completed":
+            break
+        assert (np.diff(pieces.time) > 0).all()
+        pieces = nrchain.resume(tmp_path)
+    assert pieces.status == "completed"
+    assert np.array_equal(pieces.positions, whole.positions)
+
+
+def test_a_budget_of_seconds_is_kept():
+    scene = nrchain.load_scene("spiral-left", **{"run.end": 1e6, "run.max_seconds": 0.3})
+    began = time.perf_counter()
+    stopped = nrchain.simulate(scene)
+    assert stopped.cause is Cause.BUDGET
+    assert time.perf_counter() - began < 5
+
+
+@pytest.mark.parametrize(
+    ("number", "name"), [(signal.SIGINT, "SIGINT"), (signal.SIGTERM, "SIGTERM")]
+)
+def test_a_signal_leaves_a_file_to_go_on_from(tmp_path, number, name):
+    arguments = ["run", "spiral-left", "-o", tmp_path]
+    changes = {"run.end": 600.0, "run.snapshots": 41}
+    for key, value in changes.items():
+        arguments += ["--set", f"{key}={value}"]
+    program = "from nrchain.cli import main; main()"
+    child = subprocess.Popen(
+        [sys.executable, "-c", program, *map(str, arguments)], stderr=subprocess.PIPE, text=True
+    )
+    wait_for_snapshots(child, tmp_path / "trajectory.h5", 5)
+    child.send_signal(number)
+    message = child.communicate()[1]
+    assert child.returncode == 130
+    assert "nrchain resume" in message
+    assert "Traceback" not in message
+    stopped = nrchain.Trajectory.open(tmp_path)
+    assert (stopped.status, stopped.cause) == ("stopped", Cause.INTERRUPTED)
+    assert f"interrupted by {name}" in stopped.reason
+    assert 5 <= len(stopped.time) < 41
+    whole = nrchain.simulate(nrchain.load_scene("spiral-left", **changes))
+    assert np.array_equal(nrchain.resume(tmp_path).positions, whole.positions)
+
+
+@pytest.mark.parametrize("integrator", ["cvode", "radau", "scipy-bdf"])
+def test_velocities_that_overflow_stop_the_run(integrator):
+    scene = nrchain.load_scene(
+        "buckling", **{"slip.2s": 1e300, "run.integrator": integrator, "run.max_seconds": 20}
+    )
+    stopped = nrchain.simulate(scene)
+    assert stopped.cause in (Cause.NOT_FINITE, Cause.STEP, Cause.TOUCH)
+    assert np.isfinite(stopped.positions).all()
 
 
 def test_two_clamped_spheres_stay():
@@ -213,14 +312,7 @@ def test_a_killed_run_goes_on_bit_for_bit(tmp_path):
     text.write_text(scene.to_toml())
     path = tmp_path / "trajectory.h5"
     child = subprocess.Popen([sys.executable, "-c", script, str(text), str(path)])
-    reached = 0
-    while child.poll() is None and reached < 15:
-        time.sleep(0.02)
-        if path.exists():
-            try:
-                reached = len(nrchain.Trajectory.open(path).time)
-            except TrajectoryError:
-                continue  # the file is being laid out
+    wait_for_snapshots(child, path, 15)
     os.kill(child.pid, signal.SIGKILL)
     child.wait()
     killed = nrchain.Trajectory.open(path)
@@ -268,7 +360,7 @@ def test_progress_is_reported_at_every_snapshot():
 
 
 def test_description_lists_what_acts_and_what_does_not():
-    told = run.describe(nrchain.load_scene("buckling", **{"slip.3a": 0.0}))
+    told = nrchain.describe(nrchain.load_scene("buckling", **{"slip.3a": 0.0}))
     assert ("slip 2s", "strength 100, 1 neighbour a side") in told.simulated
     assert ("slip 3a", "strength 0") in told.left_out
 

@@ -21,6 +21,7 @@ from nrchain.scene import (
     Slip,
     SlipSpec,
     StartSpec,
+    StericSpec,
     load_scene,
     parse_assignment,
     scene_names,
@@ -48,7 +49,7 @@ REFUSALS = [
     ({"slip.neighbors": 1}, "slip.neighbors", "did you mean 'neighbours'"),
     ({"slip.modes": {}}, "slip.modes", "neighbours, finite_size, backend, 2s, 3a, 3t, 4a"),
     ({"slip.2s": {"strength": 1.0, "axes": [1, 0, 0]}}, "slip.2s.axes", "did you mean 'axis'"),
-    ({"zzz": 1}, "zzz", "there are chain, elasticity, slip, friction, start, run, title"),
+    ({"zzz": 1}, "zzz", "there are chain, elasticity, slip, friction, steric, start, run, title"),
     ({"chain.particles.x": 1}, "chain.particles.x", "chain.particles is not a table"),
     ({"chain": {3: 1}}, "chain.3", "keys are strings"),
     # missing keys
@@ -108,6 +109,8 @@ REFUSALS = [
     ({"run.end": 0}, "run.end", "above 0"),
     ({"run.snapshots": 1}, "run.snapshots", "at least 2"),
     ({"run.integrator": "rk45"}, "run.integrator", "one of cvode, radau, scipy-bdf"),
+    ({"run.max_steps": 0}, "run.max_steps", "at least 1"),
+    ({"run.max_seconds": 0}, "run.max_seconds", "above 0"),
     ({"run.rtol": 1e-15}, "run.rtol", "at least 1e-14 and at most 0.1"),
     ({"run.rtol": 0.2}, "run.rtol", "at least 1e-14 and at most 0.1"),
     ({"run.atol": 0.0}, "run.atol", "above 0 and at most 0.1"),
@@ -126,6 +129,12 @@ REFUSALS = [
     ({"friction.backend": "none"}, "friction.backend", "one of native, pystokes"),
     ({"friction": 3}, "friction", "must be a table"),
     ({**PERIODIC, "slip.backend": "pystokes"}, "slip.backend", "no periodic images"),
+    ({"steric.strength": 1.0}, "steric.strength", "name steric.kind"),
+    ({"steric.range": 3.0}, "steric.range", "name steric.kind"),
+    ({"steric.kind": "wca"}, "steric.strength", "along with steric.kind"),
+    ({"steric": {"kind": "soft"}}, "steric.kind", "one of none, wca, harmonic"),
+    ({"steric": {"kind": "wca", "strength": 1, "range": 2.0}}, "steric.range", "exceed two radii"),
+    ({"steric": {"kind": "wca", "strength": 1, "range": 11}}, "steric.range", "neighbours at rest"),
     # numbers that are too large or too small together
     ({"chain.spacing": 1e200}, "elasticity", "moduli beyond the range"),
     ({"elasticity.ratio": 1e300, "elasticity.bend": 1e300}, "elasticity", "moduli beyond"),
@@ -157,7 +166,7 @@ def test_refused_with_key_value_and_what_is_allowed(changes, key, allowed):
 def test_every_key_has_a_refusal():
     keys = {
         spec.key(n)
-        for spec in (ChainSpec, ElasticitySpec, FrictionSpec, StartSpec, RunSpec)
+        for spec in (ChainSpec, ElasticitySpec, FrictionSpec, StericSpec, StartSpec, RunSpec)
         for n in spec.rules()
     }
     keys |= {SlipSpec.key(name) for name in SlipSpec.spellings()} | {"title"}
@@ -278,6 +287,13 @@ moduli = st.one_of(st.just(0.0), st.floats(1e-6, 1e6))
 axes = st.tuples(*[st.floats(-10, 10)] * 3).filter(lambda e: math.hypot(*e) > 1e-6)
 
 
+def repulsions(radius):
+    """None, or one that begins between contact and the shortest spacing of :func:`scenes`."""
+    reach = st.just(2.0005 * radius)
+    kinds = st.sampled_from(["wca", "harmonic"])
+    return st.just(StericSpec()) | st.builds(StericSpec, kind=kinds, strength=sizes, range=reach)
+
+
 @st.composite
 def scenes(draw):
     particles = draw(st.integers(2, 6))
@@ -306,6 +322,7 @@ def scenes(draw):
             finite_size=draw(st.booleans()),
             backend="native" if periodic else draw(st.sampled_from(["native", "pystokes"])),
         ),
+        steric=draw(repulsions(radius)),
         start=StartSpec(
             shape=draw(st.sampled_from(["straight", "sine", "helix-left", "random"])),
             amplitude=draw(finite),
@@ -317,6 +334,8 @@ def scenes(draw):
             snapshots=draw(st.integers(2, 10**6)),
             rtol=draw(st.floats(1e-14, 1e-1)),
             atol=draw(st.floats(1e-300, 1e-1)),
+            max_steps=draw(st.none() | st.integers(1, 10**9)),
+            max_seconds=draw(st.none() | st.floats(1e-3, 1e9)),
         ),
     )
 

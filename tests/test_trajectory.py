@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from nrchain.errors import TrajectoryError
 from nrchain.h5md import FILE_NAME, REASON_BYTES
+from nrchain.outcome import Cause
 from nrchain.scene import load_scene
 from nrchain.trajectory import COUNTERS, Checkpoint, Trajectory, TrajectoryWriter
 
@@ -212,21 +213,25 @@ def test_arrays_of_the_wrong_shape_or_not_finite_are_refused(path):
 
 def test_how_a_run_ends_is_recorded(path):
     with TrajectoryWriter(path, make_scene(), TIMES) as writer:
-        writer.close("stopped", "spheres touch at λ = 2")
-    assert Trajectory.open(path).reason == "spheres touch at λ = 2"
+        writer.close("stopped", "spheres touch at λ = 2", Cause.TOUCH)
+    stopped = Trajectory.open(path)
+    assert (stopped.reason, stopped.cause) == ("spheres touch at λ = 2", Cause.TOUCH)
     with TrajectoryWriter.reopen(path) as writer:
         assert np.array_equal(writer.times, TIMES)
         running = Trajectory.open(path)
-        assert (running.status, running.reason) == ("running", "")
+        assert (running.status, running.reason, running.cause) == ("running", "", None)
         writer.close("stopped", "λ" * REASON_BYTES)
     assert Trajectory.open(path).reason == "λ" * (REASON_BYTES // 2)
 
 
 @pytest.mark.parametrize(
-    ("error", "reason"),
-    [(KeyboardInterrupt(), "interrupted"), (ZeroDivisionError("by 0"), "ZeroDivisionError: by 0")],
+    ("error", "reason", "cause"),
+    [
+        (KeyboardInterrupt(), "interrupted", Cause.INTERRUPTED),
+        (ZeroDivisionError("by 0"), "ZeroDivisionError: by 0", Cause.ERROR),
+    ],
 )
-def test_an_exception_stops_the_run_and_keeps_what_it_has(path, error, reason):
+def test_an_exception_stops_the_run_and_keeps_what_it_has(path, error, reason, cause):
     def run():
         with TrajectoryWriter(path, make_scene(), TIMES) as writer:
             write(writer, 0)
@@ -236,6 +241,7 @@ def test_an_exception_stops_the_run_and_keeps_what_it_has(path, error, reason):
         run()
     trajectory = Trajectory.open(path)
     assert (trajectory.status, trajectory.reason) == ("stopped", reason)
+    assert trajectory.cause is cause
     assert len(trajectory.time) == 1
 
 

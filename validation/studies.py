@@ -27,8 +27,23 @@ STUDIES: dict[str, Study] = {
         "validation.pair_laws", "Pair laws: PyStokes, the closed forms and the paper, side by side"
     ),
     "rest": Study("validation.rest", "The chain at rest: prestress, pre-moment, V₀ and Ω₀"),
+    "linear_response": Study(
+        "validation.linear_response",
+        "Linear response: the lattice operator, the paper's equations and the continuum laws",
+    ),
     "continuum": Study(
         "validation.continuum", "Continuum laws from simulation: growth rates and phase velocities"
+    ),
+    "long_range": Study(
+        "validation.long_range",
+        "Long range: all pairs, how many neighbours, and friction between the spheres",
+    ),
+    "performance": Study(
+        "validation.performance", "Performance: against today's practice, and against N"
+    ),
+    "cost": Study("validation.cost", "What accuracy costs in time: four work–precision maps"),
+    "hard_cases": Study(
+        "validation.hard_cases", "Hard cases: how each ends, and what completes holds its laws"
     ),
 }
 

@@ -34,7 +34,7 @@ from numba import types
 from numba.extending import overload
 
 from nrchain import slip_modes
-from nrchain._compile import ARITHMETIC
+from nrchain._compile import ARITHMETIC, rename
 from nrchain.slip_modes import BASIS, PairTable, Polynomial
 
 _VECTOR = {"n": "n", "e": "e", "x": "m"}
@@ -249,7 +249,8 @@ def _compiled(law: str, name: str):
     """The function of that name in the text, compiled once for all kernels that call it."""
     namespace: dict = {"np": np}
     exec(law, namespace)
-    return numba.njit(namespace[name], fastmath=set(ARITHMETIC), error_model="numpy")
+    function = rename(namespace[name], law)
+    return numba.njit(function, fastmath=set(ARITHMETIC), error_model="numpy")
 
 
 @overload(sum_twists, prefer_literal=True)
@@ -261,7 +262,7 @@ def _sum_twists_of(law, sources, radius, me, first, last):
     def call(law, sources, radius, me, first, last):
         return compiled(sources, radius, me, first, last)
 
-    return call
+    return rename(call, law.literal_value)
 
 
 @overload(sum_changes, prefer_literal=True)
@@ -273,4 +274,4 @@ def _sum_changes_of(law, sources, changes, radius, me, first, last):
     def call(law, sources, changes, radius, me, first, last):
         return compiled(sources, changes, radius, me, first, last)
 
-    return call
+    return rename(call, law.literal_value)

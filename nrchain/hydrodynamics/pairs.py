@@ -2,8 +2,8 @@
 
 The sum runs over the spheres within ``reach`` places along the chain, or over all. A periodic chain
 is laid out with its images on either side first (:mod:`nrchain.hydrodynamics.images`), so that
-every sphere finds its neighbours in one contiguous stretch of the same arrays. Each row of the result
-is written by one iteration alone: it does not depend on the number of threads.
+every sphere finds its neighbours in one contiguous stretch of the same arrays. Each row of the
+result is written by one iteration alone: it does not depend on the number of threads.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numba import prange
 
-from nrchain._compile import kernel
+from nrchain._compile import kernel, rename
 from nrchain.hydrodynamics.images import Layout
 from nrchain.hydrodynamics.pair_law import PairLaw, sum_changes, sum_twists
 
@@ -26,13 +26,9 @@ NEAR = 8
 """Furthest neighbours whose exact blocks are kept; beyond, products go through the pairs."""
 
 
-def compile_sum(function: Callable[..., Any], parallel: bool) -> Any:
-    """The compiled ``function``, with its rows shared between threads or not.
-
-    Numba names the machine code it keeps on disk after a function and not after its options.
-    """
-    function.__qualname__ += ".parallel" if parallel else ".serial"
-    return kernel(function, parallel=parallel)
+def compile_sum(function: Callable[..., Any], parallel: bool, law: str = "") -> Any:
+    """The compiled ``function`` of a law, with its rows shared between threads or not."""
+    return kernel(rename(function, law, parallel), parallel=parallel)
 
 
 @lru_cache(maxsize=64)
@@ -49,7 +45,7 @@ def twist_kernel(law: str, parallel: bool):
                 twists[i, k] += before[k] + after[k]
                 twists[i, 3 + k] += (before[3 + k] + after[3 + k]) / radius
 
-    return compile_sum(add_twists, parallel)
+    return compile_sum(add_twists, parallel, law)
 
 
 @lru_cache(maxsize=64)
@@ -66,14 +62,13 @@ def product_kernel(law: str, parallel: bool):
                 twists[i, k] += before[k] + after[k]
                 twists[i, 3 + k] += (before[3 + k] + after[3 + k]) / radius
 
-    return compile_sum(add_product, parallel)
+    return compile_sum(add_product, parallel, law)
 
 
 @lru_cache(maxsize=64)
 def block_kernel(law: str):
     """Compile the Jacobian blocks of near pairs: see :meth:`SlipFlow.add_jacobian`."""
 
-    @kernel
     def add_blocks(sources, changes, radius, first_slot, reach, blocks):
         count, centre = blocks.shape[0], blocks.shape[1] // 2
         changes[:] = 0.0
@@ -92,7 +87,7 @@ def block_kernel(law: str):
                         if column < 3:
                             blocks[i, centre, row, column] -= value
 
-    return add_blocks
+    return compile_sum(add_blocks, False, law)
 
 
 @kernel

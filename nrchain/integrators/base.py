@@ -7,12 +7,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nrchain.outcome import Cause
+
 if TYPE_CHECKING:
     from nrchain.charts import ChartedChain
 
 
 class IntegrationError(Exception):
     """The integrator cannot take its next step; the message says why."""
+
+    cause = Cause.STEP
+
+
+class NotFinite(IntegrationError):
+    """The velocities are not finite at the beginning of a step, or on the way to its end."""
+
+    cause = Cause.NOT_FINITE
+
+    def __init__(self) -> None:
+        super().__init__("the velocities are not finite")
 
 
 class Integrator(ABC):

@@ -13,7 +13,7 @@ import numpy as np
 from sksundae.cvode import CVODE, CVODEJacTimes, CVODEPrecond
 
 from nrchain.charts import ChartedChain
-from nrchain.integrators.base import IntegrationError, Integrator
+from nrchain.integrators.base import IntegrationError, Integrator, NotFinite
 
 KRYLOV_DIMENSION = 20
 """Upper bound on the iterations of one linear solve."""
@@ -42,7 +42,7 @@ class Cvode(Integrator):
     def _rates(self, t, y, ydot) -> None:
         self.chain.rates(t, y, ydot)
         if not np.isfinite(ydot).all():
-            raise IntegrationError("the velocities are not finite")
+            raise NotFinite
 
     def _prepare(self, t, y, ydot, jacobian_is_current, jacobian_is_new, gamma) -> None:
         jacobian_is_new[0] = 0 if jacobian_is_current else 1

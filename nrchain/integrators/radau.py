@@ -19,7 +19,7 @@ import numpy as np
 from nrchain import lie
 from nrchain._compile import kernel
 from nrchain.charts import TURN_LIMIT, ChartedChain
-from nrchain.integrators.base import IntegrationError, Integrator
+from nrchain.integrators.base import IntegrationError, Integrator, NotFinite
 from nrchain.integrators.linear import SingularMatrix, jacobian_of
 from nrchain.integrators.radau_stages import (
     ITERATIONS,
@@ -127,12 +127,12 @@ class Radau(Integrator):
         self._move_base()
         self.chain.rates(self._time, self._still, self._slope)
         if not np.isfinite(self._slope).all():
-            raise IntegrationError("the velocities are not finite")
+            raise NotFinite
         if not self._linearised:
             self._linearise()
         step, rejected, cause = self._fixed or self._next or self._first_step(), False, ""
         while True:
-            if step <= 10.0 * np.spacing(abs(self._time)):
+            if not step > 10.0 * np.spacing(abs(self._time)):
                 raise IntegrationError(f"steps have become too small: {cause}")
             outcome = self._attempt(step)
             if outcome.converged:

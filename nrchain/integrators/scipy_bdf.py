@@ -11,7 +11,7 @@ import numpy as np
 from scipy.integrate import BDF
 
 from nrchain.charts import ChartedChain
-from nrchain.integrators.base import IntegrationError, Integrator
+from nrchain.integrators.base import IntegrationError, Integrator, NotFinite
 from nrchain.integrators.linear import jacobian_of
 
 SMALLEST_RTOL = 100 * float(np.finfo(float).eps)
@@ -32,7 +32,7 @@ class ScipyBdf(Integrator):
         out = np.empty_like(y)
         self.chain.rates(time, y, out)
         if not np.isfinite(out).all():
-            raise IntegrationError("the velocities are not finite")
+            raise NotFinite
         return out
 
     def _matrix(self, time: float, y: np.ndarray):

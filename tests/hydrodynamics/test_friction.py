@@ -276,7 +276,7 @@ def test_all_images_of_a_periodic_chain_whose_forces_cancel():
 
     def images(number):
         shifts = period * np.arange(-number, number + 1)
-        every = np.concatenate([positions + [shift, 0, 0] for shift in shifts])
+        every = np.concatenate([positions + np.array([s, 0, 0]) for s in shifts])
         total = np.zeros((len(every), 6))
         fluid = PairFriction(len(every), None, 1.0, 1.0)
         fluid.apply(every, np.tile(wrenches, (len(shifts), 1)), total)

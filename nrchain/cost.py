@@ -1,0 +1,314 @@
+"""Error against wall time: what the accuracy of a scene costs, measured on the scene itself.
+
+Accuracy is bought along three axes: the stepping (integrator and tolerances), the reach of the
+slip flows, and the hydrodynamic model. :func:`work_precision` runs the scene, or as much of its
+beginning as a budget of wall time allows, along all of them. Errors of the stepping are distances
+from a reference far below all settings tried; those of reach and model are distances from the same
+run with everything the package can simulate.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from nrchain.errors import SceneError
+from nrchain.run import simulate
+from nrchain.scene import Scene, load_scene
+from nrchain.timing import Measured, measure_all, run_timed
+from nrchain.trajectory import Trajectory
+
+Axis = Literal["stepping", "reach", "model"]
+Changes = dict[str, Any]
+
+BUDGET = 30.0
+"""Seconds of wall time that the short runs of a scene take together, about."""
+
+TOLERANCES = {
+    "cvode": (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9),
+    "radau": (1e-3, 1e-4, 1e-5, 1e-6, 1e-7),
+    "scipy-bdf": (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8),
+}
+"""What is tried of each integrator: from some 1e-2 radii to some 1e-7."""
+
+REFERENCE = "cvode", 1e-12
+SECOND_OPINION = (("radau", 1e-9), ("cvode", 1e-10))
+"""Whose distance from the reference is taken for its error; the second where the first cannot."""
+
+PILOT_SHARE = 0.015
+"""Part of the budget that one run at the scene's own setting may take."""
+
+SNAPSHOTS = 33
+
+MARGIN = 2.0
+"""A setting is advised if its error is below the target by this factor: errors scatter."""
+
+RESOLVED = 10.0
+"""Errors are told from that of the reference if they are this many times as large."""
+
+LONGEST_REACH = 64
+LARGEST = 2000
+"""Spheres up to which reach and model are compared with all pairs, whose cost grows as N²."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """A setting of an axis: the changes to the scene that make it, and what it gives."""
+
+    axis: Axis
+    setting: str
+    changes: Changes
+    measured: Measured
+
+
+@dataclass(frozen=True)
+class Advice:
+    """The cheapest setting for a target, or the most accurate one if none is sure to reach it.
+
+    ``error`` and ``seconds`` (least, most) are those of the whole run; ``sure`` says in sentences
+    how well they are known.
+    """
+
+    target: float
+    point: Point
+    reached: bool
+    error: float
+    seconds: tuple[float, float]
+    sure: list[str]
+
+    def lines(self) -> list[str]:
+        """The advice in words: error, cost, and how sure both are."""
+        least, most = self.seconds
+        return [
+            f"global error {self.error:.1e}, in {least:.3g} to {most:.3g} s for the whole run",
+            *self.sure,
+        ]
+
+    @property
+    def arguments(self) -> str:
+        """The setting as arguments of the command line."""
+        return " ".join(f"--set {key}={value}" for key, value in self.point.changes.items())
+
+
+@dataclass(frozen=True)
+class WorkPrecision:
+    """What was measured of a scene, up to t = ``reached``.
+
+    ``reference_error`` is the distance of the second opinion from the reference, in radii and
+    radians. ``skipped`` says what was not tried, and why.
+    """
+
+    scene: Scene
+    reached: float
+    points: list[Point]
+    reference: str
+    reference_error: float
+    skipped: list[str] = field(default_factory=list)
+
+    @property
+    def part(self) -> float:
+        """How much of the run the short runs cover."""
+        return self.reached / self.scene.run.end
+
+    def whole_run(self, measured: Measured) -> tuple[float, float]:
+        """Seconds (least, most) of the whole run.
+
+        The spread of the repetitions where that is what was run. Else the rest of the run is taken
+        to go at the pace of the second half of the short one, or at that of all of it.
+        """
+        if self.part == 1.0:
+            return min(measured.seconds), max(measured.seconds)
+        rest = 1.0 / self.part - 1.0
+        paces = 1.0, 2.0 * measured.late
+        return (
+            min(measured.seconds) * (1.0 + rest * min(paces)),
+            max(measured.seconds) * (1.0 + rest * max(paces)),
+        )
+
+    def notes(self) -> list[str]:
+        """What the numbers are, one line each: the part of the run, the references, the gaps."""
+        lines = [
+            "runs cover the whole run"
+            if self.part == 1.0
+            else f"runs cover t = 0 to {self.reached:.4g}, {self.part:.2g} of the whole run",
+            f"stepping: largest distance from {self.reference}, which an independent run meets to "
+            f"{self.reference_error:.1e}",
+            "reach, model: largest distance from the run with all that is listed, at the scene's "
+            "own tolerances",
+        ]
+        return lines + [f"not measured: {reason}" for reason in self.skipped]
+
+    def advise(self, target: float) -> Advice:
+        """The cheapest stepping whose global error, in radii and radians, is sure to be below.
+
+        Sure is a factor of :data:`MARGIN` on what was measured, which is taken to grow in
+        proportion to time where the short runs end before the run does. Raises
+        :class:`~nrchain.errors.SceneError` for a target that is not a number above 0.
+        """
+        check_target(target)
+        floor = RESOLVED * self.reference_error
+        stepping = [point for point in self.points if point.axis == "stepping"]
+        errors = [max(point.measured.error, floor) / self.part for point in stepping]
+        good = [k for k, error in enumerate(errors) if error * MARGIN <= target]
+        if good:
+            best = min(good, key=lambda k: stepping[k].measured.median)
+        else:
+            best = min(range(len(errors)), key=errors.__getitem__)
+        point, error = stepping[best], errors[best]
+        sure = list(self._sureness(point, error, target))
+        return Advice(target, point, bool(good), error, self.whole_run(point.measured), sure)
+
+    def _sureness(self, point: Point, error: float, target: float) -> Iterator[str]:
+        if error * MARGIN <= target:
+            yield f"the error is below the target by a factor of {target / error:.2g}"
+        else:
+            yield (
+                f"no setting tried is sure to reach {target:.2g}: this one is the most accurate, "
+                f"and a margin of {MARGIN:g} is asked for"
+            )
+        yield (
+            f"errors are against {self.reference}, which agrees with an independent run to "
+            f"{self.reference_error:.1e}"
+        )
+        seconds = point.measured.seconds
+        if len(seconds) > 1:
+            yield f"{len(seconds)} repetitions took {min(seconds):.3g} to {max(seconds):.3g} s"
+        else:
+            yield f"run once, in {seconds[0]:.3g} s: the budget allowed no repetition"
+        if self.part == 1.0:
+            yield "measured over the whole run: nothing is extrapolated"
+        else:
+            yield (
+                f"measured up to t = {self.reached:.4g}, {self.part:.2g} of the run; errors are "
+                "taken to grow in proportion to time and the pace to stay: a chain that buckles, "
+                "coils or takes off later will need more of both"
+            )
+
+
+def check_target(target: float) -> None:
+    """Refuse an error that is not a number above 0."""
+    if not (math.isfinite(target) and target > 0):
+        raise SceneError("target", target, "must be a finite number of more than 0")
+
+
+def work_precision(
+    scene: Scene,
+    *,
+    budget: float = BUDGET,
+    progress: Callable[[str], None] | None = None,
+) -> WorkPrecision:
+    """Measure error against wall time for a scene, by runs that take some ``budget`` seconds.
+
+    The short runs cover the whole run where it takes less than 1.5 % of the budget, and else
+    as much of its beginning. ``progress`` is told what is being measured.
+
+    Raises :class:`~nrchain.errors.SceneError` for a budget that is not a number above 0, and for
+    a scene that stops before the end of the short runs.
+    """
+    if not (math.isfinite(budget) and budget > 0):
+        raise SceneError("budget", budget, "must be a finite number of seconds, more than 0")
+    tell = progress or (lambda what: None)
+    tell("how much of the run fits the budget")
+    short = _shortened(scene, PILOT_SHARE * budget)
+    tell("the reference")
+    reference, name, error = _reference(short)
+    tell("integrators and tolerances")
+    points, skipped = _stepping(short, reference, budget)
+    if scene.chain.particles > LARGEST:
+        skipped.append(
+            f"reach and model: all pairs of more than {LARGEST} spheres take too long to compare"
+        )
+    else:
+        tell("reach of the slip, hydrodynamic model")
+        for axis, settings in _levels(short).items():
+            scenes = {name: load_scene(short, **change) for name, change in settings.items()}
+            full = simulate(list(scenes.values())[-1])
+            if full.status != "completed":
+                skipped.append(f"{axis}: with {list(scenes)[-1]} the run stops {full.reason}")
+                continue
+            found = measure_all(scenes, full, repeats=3, seconds=0.15 * budget)
+            points += [Point(axis, name, settings[name], m) for name, m in found.items()]
+    return WorkPrecision(scene, short.run.end, points, name, error, skipped)
+
+
+def _shortened(scene: Scene, allowed: float) -> Scene:
+    """The scene up to a time that it reaches in about as many seconds as allowed."""
+    snapshots = 9 if scene.chain.particles > LARGEST else SNAPSHOTS
+    end = scene.run.end * 4.0**-8
+    run_timed(load_scene(scene, **{"run.end": end, "run.snapshots": 2}))  # compiles
+    while True:
+        short = load_scene(scene, **{"run.end": end, "run.snapshots": snapshots})
+        trajectory, seconds, late = run_timed(short)
+        if trajectory.status != "completed":
+            allowed_end = f"the run stops {trajectory.reason}; name an end before that"
+            raise SceneError("run.end", scene.run.end, allowed_end)
+        further = min(4.0 * end, scene.run.end)
+        if further == end or seconds * (1.0 + 2.0 * late * (further / end - 1.0)) > allowed:
+            return short
+        end = further
+
+
+def _stepper(scene: Scene, integrator: str, tolerance: float) -> Scene:
+    return load_scene(scene, **_stepping_changes(integrator, tolerance))
+
+
+def _stepping_changes(integrator: str, tolerance: float) -> Changes:
+    return {"run.integrator": integrator, "run.rtol": tolerance, "run.atol": tolerance}
+
+
+def _reference(short: Scene) -> tuple[Trajectory, str, float]:
+    """The reference, what it is, and how far an independent run is from it."""
+    scheme, tolerance = REFERENCE
+    while True:
+        reference = simulate(_stepper(short, scheme, tolerance))
+        if reference.status == "completed" or tolerance > 1e-10:
+            break
+        tolerance *= 10.0
+    for other in SECOND_OPINION:
+        found = measure_all({"": _stepper(short, *other)}, reference, repeats=1)
+        if found:
+            break
+    return reference, f"{scheme} at {tolerance:.0e}", found[""].error
+
+
+def _stepping(short: Scene, reference: Trajectory, budget: float) -> tuple[list[Point], list[str]]:
+    """All integrators at all tolerances, the loose ones first; costly ones are left out."""
+    changes = {
+        f"{scheme}, {tolerance:.0e}": _stepping_changes(scheme, tolerance)
+        for scheme, tolerances in TOLERANCES.items()
+        for tolerance in tolerances
+    }
+
+    def too_long(name: str, found: Mapping[str, Measured]) -> bool:
+        looser = [other for other in found if other.split(",")[0] == name.split(",")[0]]
+        return bool(looser) and found[looser[-1]].seconds[0] > budget / 10.0
+
+    scenes = {name: load_scene(short, **change) for name, change in changes.items()}
+    found = measure_all(scenes, reference, seconds=0.6 * budget, skip=too_long)
+    points = [Point("stepping", name, changes[name], measured) for name, measured in found.items()]
+    missing = [name for name in changes if name not in found]
+    reason = "not on offer for this chain, or beyond the budget"
+    return points, [f"{name}: {reason}" for name in missing]
+
+
+def _levels(short: Scene) -> dict[Axis, dict[str, Changes]]:
+    """Reach and model by one change after another; the last of each has everything."""
+    modes, reach = short.slip.modes, 1
+    axes: dict[Axis, dict[str, Changes]] = {"reach": {}, "model": {"the scene itself": {}}}
+    while modes and reach <= min(short.chain.particles - 2, LONGEST_REACH):
+        axes["reach"][f"{reach} neighbour{'s' * (reach > 1)}"] = {"slip.neighbours": reach}
+        reach *= 2
+    axes["reach"]["all pairs"] = {"slip.neighbours": "all"}
+    level: Changes = {}
+    if modes and short.slip.neighbours != "all":
+        level = level | {"slip.neighbours": "all"}
+        axes["model"]["all pairs"] = level
+    if "2s" in modes and not short.slip.finite_size:
+        level = level | {"slip.finite_size": True}
+        axes["model"]["… with finite size"] = level
+    if short.friction.kind == "one-body":
+        level = level | {"friction": "pairwise"}
+        axes["model"]["… and pairwise friction"] = level
+    return {axis: settings for axis, settings in axes.items() if len(settings) > 1}

@@ -1,0 +1,186 @@
+"""min |r_i − r_j| = 2a, and links turned by π/2: the events at which a run must end.
+
+Both are looked for within every step, on the integrator's own interpolant, and their time is found
+to rounding. Spheres that meet and part again within one step are not missed: a step is passed as
+clear only if the closest pair is farther apart than the spheres moved in it, with room to spare;
+otherwise it is divided until every part is clear, or touches.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from nrchain.chain import closest_pair
+from nrchain.near_pairs import near_pairs, separations
+from nrchain.outcome import Cause, Stop
+from nrchain.scene import Scene
+
+Poses = tuple[np.ndarray, np.ndarray]
+PosesAt = Callable[[float], Poses]
+
+EXCURSION = 2.0
+"""How far a sphere may stray within a step, over how far the step moves it."""
+
+DIVISIONS = 16
+"""How often a step is divided in the search for a contact."""
+
+STRAIGHT = 1e-3
+"""Paths that stray by less than this, in radii, cross contact once."""
+
+OVERCOME = 0.5
+"""Spheres that repel each other may come this near, in units of two radii: their repulsion gives
+way gradually, and has failed when they are half inside each other."""
+
+
+class Guard:
+    """Watches the steps of one run.
+
+    ``contact`` is the distance of centres at which spheres touch; with a repulsion between them,
+    the distance at which it has been overcome.
+    """
+
+    def __init__(self, scene: Scene, positions: np.ndarray) -> None:
+        self._radius = scene.chain.radius
+        self.contact = contact_distance(scene)
+        self._period = scene.length if scene.chain.ends == "periodic" else 0.0
+        self._turning = has_turning_springs(scene)
+        self._search(positions)
+
+    def watch(self, begin: float, before: np.ndarray, end: float, poses_at: PosesAt) -> Stop | None:
+        """The first event of the step from ``begin``, where positions were ``before``, to ``end``.
+
+        ``poses_at(time)`` gives fresh arrays of the poses within the step.
+        """
+        after, frames = poses_at(end)
+        if not (np.isfinite(after).all() and np.isfinite(frames).all()):
+            return Stop(Cause.NOT_FINITE, begin, "the poses are not finite")
+        stop = self._touching(begin, before, end, after, poses_at)
+        if self._turning and _least_alignment(frames, self._period) < 0.0:
+            turned = self._turned(begin, end, poses_at)
+            if stop is None or turned.time < stop.time:
+                return turned
+        return stop
+
+    def _search(self, positions: np.ndarray) -> None:
+        self._searched = positions.copy()
+        self._closest = closest_pair(positions, self._period)[0]
+
+    def _touching(
+        self, begin: float, before: np.ndarray, end: float, after: np.ndarray, poses_at: PosesAt
+    ) -> Stop | None:
+        moved = 2.0 * EXCURSION * _largest_move(before, after)
+        if self._closest - 2.0 * _largest_move(self._searched, after) - moved > self.contact:
+            return None
+        self._search(after)
+        if self._closest - moved > self.contact:
+            return None
+        pairs = near_pairs(after, self.contact + moved, self._period)
+        shifts = separations(after, pairs, self._period) - separations(after, pairs)
+
+        def vectors_at(time: float) -> np.ndarray:
+            return separations(poses_at(time)[0], pairs) + shifts
+
+        first, last = separations(before, pairs) + shifts, vectors_at(end)
+        time = self._first_touch(begin, first, end, last, vectors_at, DIVISIONS)
+        if time is None:
+            return None
+        distances = np.linalg.norm(vectors_at(time), axis=1)
+        nearest = int(np.argmin(distances))
+        i, j = pairs[nearest]
+        distance = distances[nearest] / self._radius
+        return Stop(Cause.TOUCH, time, f"spheres {i} and {j} touch (distance {distance:.4g} a)")
+
+    def _first_touch(
+        self,
+        begin: float,
+        first: np.ndarray,
+        end: float,
+        last: np.ndarray,
+        vectors_at: Callable[[float], np.ndarray],
+        divisions: int,
+    ) -> float | None:
+        """The earliest time in the interval at which a separation is as short as contact.
+
+        The interval is divided where the straight lines between its ends come closest; how far
+        the separations are off those lines there tells how far they stray from them anywhere.
+        """
+        distances, parts = _chord_distances(first, last)
+        part = float(np.clip(parts[np.argmin(distances)], 0.1, 0.9))
+        middle = begin + part * (end - begin)
+        between = vectors_at(middle)
+        bulge = np.linalg.norm(between - first - part * (last - first), axis=1)
+        bulge /= 4.0 * part * (1.0 - part)
+        if (distances - EXCURSION * bulge).min() > self.contact:
+            return None
+        nearly_straight = divisions == 0 or bulge.max() < STRAIGHT * self._radius
+        if nearly_straight and _shortest(last) <= self.contact:
+            return _root(lambda time: _shortest(vectors_at(time)) - self.contact, begin, end)
+        if divisions == 0:
+            return middle if _shortest(between) <= self.contact else None
+        earlier = self._first_touch(begin, first, middle, between, vectors_at, divisions - 1)
+        if earlier is not None:
+            return earlier
+        return self._first_touch(middle, between, end, last, vectors_at, divisions - 1)
+
+    def _turned(self, begin: float, end: float, poses_at: PosesAt) -> Stop:
+        time = _root(lambda t: _least_alignment(poses_at(t)[1], self._period), begin, end)
+        link = int(np.argmin(_alignments(poses_at(time)[1], self._period)))
+        return Stop(Cause.TURN, time, f"link {link} has turned by a quarter turn")
+
+
+def contact_distance(scene: Scene) -> float:
+    """The distance of two centres that no run may reach."""
+    return 2.0 * scene.chain.radius * (OVERCOME if scene.steric.acts else 1.0)
+
+
+def has_turning_springs(scene: Scene) -> bool:
+    """Whether links resist twist or bend, and so have a range to stay in."""
+    return bool(scene.moduli.twist or scene.moduli.bend)
+
+
+def most_turned_link(frames: np.ndarray, periodic: bool) -> tuple[float, int]:
+    """The angle by which the frames of a link differ, and which link, where that is most."""
+    alignments = _alignments(frames, float(periodic))
+    link = int(np.argmin(alignments))
+    return float(np.arccos(np.clip(alignments[link], -1.0, 1.0))), link
+
+
+def _alignments(frames: np.ndarray, period: float) -> np.ndarray:
+    """cos α = (Σ_a e_a·e_a′ − 1)/2 of every link, α the angle between its frames."""
+    ahead = np.roll(frames, -1, axis=0) if period > 0.0 else frames[1:]
+    return 0.5 * (np.einsum("iak,iak->i", frames[: len(ahead)], ahead) - 1.0)
+
+
+def _least_alignment(frames: np.ndarray, period: float) -> float:
+    return float(_alignments(frames, period).min())
+
+
+def _largest_move(before: np.ndarray, after: np.ndarray) -> float:
+    """How far a sphere has moved at most, beside the motion of all."""
+    moves = after - before
+    moves -= moves.mean(axis=0)
+    return float(np.sqrt(np.einsum("ik,ik->i", moves, moves).max()))
+
+
+def _chord_distances(first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The least |x| on the straight lines between the rows of two arrays, and at which part."""
+    along = last - first
+    length = np.einsum("ik,ik->i", along, along)
+    parts = -np.einsum("ik,ik->i", first, along) / np.where(length > 0.0, length, 1.0)
+    parts = np.clip(parts, 0.0, 1.0)
+    return np.linalg.norm(first + parts[:, None] * along, axis=1), parts
+
+
+def _shortest(vectors: np.ndarray) -> float:
+    return float(np.linalg.norm(vectors, axis=1).min())
+
+
+def _root(function: Callable[[float], float], begin: float, end: float) -> float:
+    """Where a function that is not positive at the end, and was at the beginning, vanishes."""
+    from scipy.optimize import brentq
+
+    if function(begin) <= 0.0:
+        return begin
+    return brentq(function, begin, end, xtol=4.0 * np.spacing(end))

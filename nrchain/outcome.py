@@ -1,0 +1,57 @@
+"""completed, refused, or stopped at time t for a cause: how a run ends, and what to do about it.
+
+A scene that cannot be simulated is refused with :class:`~nrchain.errors.SceneError` before any
+time is spent. A run that began either completes or stops, with one :class:`Cause`; what it reached
+is kept. There is no other end.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class Cause(StrEnum):
+    """Why a run stopped before its end."""
+
+    TOUCH = "spheres-touch"
+    TURN = "link-turned"
+    CHART = "chart-invalid"
+    STEP = "step-too-small"
+    NOT_FINITE = "not-finite"
+    BUDGET = "budget-reached"
+    INTERRUPTED = "interrupted"
+    ERROR = "error"
+
+    @property
+    def advice(self) -> str:
+        """What to try."""
+        return _ADVICE[self]
+
+
+_ADVICE = {
+    Cause.TOUCH: "name a repulsion in [steric] to go on through contacts, stiffen the chain, or "
+    "weaken the slip",
+    Cause.TURN: "raise elasticity.twist and elasticity.bend, or weaken the slip: beyond a quarter "
+    "turn the springs of a link pull it on",
+    Cause.CHART: "tighten run.rtol and run.atol, so that a step turns no sphere by half a turn",
+    Cause.STEP: "loosen run.rtol and run.atol, lower elasticity.ratio, or see in the last poses "
+    "what has become fast",
+    Cause.NOT_FINITE: "weaken the slip or the moduli: velocities have left the range of floating "
+    "point",
+    Cause.BUDGET: "resume the run, or raise run.max_steps or run.max_seconds",
+    Cause.INTERRUPTED: "resume the run to go on",
+    Cause.ERROR: "see the message: something outside the run failed",
+}
+
+
+class Stop(Exception):
+    """A run ends at ``time``, before its end, for a cause; the message tells what happened."""
+
+    def __init__(self, cause: Cause, time: float, message: str) -> None:
+        super().__init__(message)
+        self.cause, self.time = cause, time
+
+    @property
+    def reason(self) -> str:
+        """One sentence with the time."""
+        return f"at t = {self.time:.6g}: {self}"

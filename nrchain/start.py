@@ -1,0 +1,101 @@
+"""The poses a run starts from: its scene's or given ones, checked before any time is spent."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+
+from nrchain.chain import closest_pair, initial_poses
+from nrchain.errors import SceneError
+from nrchain.guard import contact_distance, has_turning_springs, most_turned_link
+from nrchain.scene import Scene
+
+POSE_BYTES, SOLVER_BYTES = 12 * 8, 12_000
+"""Memory of one sphere in a snapshot, and in an integrator with nearest neighbours."""
+
+ORTHONORMAL = 1e-8
+"""How far the products of given frame vectors may be from 0 and 1."""
+
+LARGEST_COORDINATE = 1e100
+"""Beyond this the squares of distances leave the range of floats."""
+
+
+def starting_poses(
+    scene: Scene, positions: np.ndarray | None = None, frames: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """The poses (N, 3) and (N, 3, 3) that a run starts from: the scene's, or the ones given.
+
+    Raises :class:`~nrchain.errors.SceneError` for poses of the wrong shape, that are not finite,
+    frames that are not right-handed and orthonormal to 1e-8, spheres that overlap, and links
+    turned by more than a quarter turn against the springs of twist and bend.
+    """
+    _refuse_size(scene)
+    with np.errstate(all="ignore"):
+        built = initial_poses(scene)
+    count = scene.chain.particles
+    points = _checked("positions", positions, built[0], (count, 3))
+    rotations = _checked("frames", frames, built[1], (count, 3, 3))
+    gram = np.einsum("nak,nbk->nab", rotations, rotations)
+    if np.abs(gram - np.eye(3)).max() > ORTHONORMAL or np.linalg.det(rotations).min() < 0:
+        raise SceneError(
+            "frames", "not rotations", "rows must be orthonormal and right-handed to 1e-8"
+        )
+    _refuse_overlap(scene, points, scene.start.shape if positions is None else "positions")
+    _refuse_turns(scene, rotations, scene.start.shape if frames is None else "frames")
+    return points, rotations
+
+
+def _checked(
+    name: str, given: np.ndarray | None, built: np.ndarray, shape: tuple[int, ...]
+) -> np.ndarray:
+    """A copy of the array given, or the one built, if it has the shape and is finite."""
+    key = "start" if given is None else name
+    try:
+        array = np.array(built if given is None else given, float)
+    except (TypeError, ValueError):
+        raise SceneError(key, given, f"must be an array of numbers of shape {shape}") from None
+    if array.shape != shape:
+        raise SceneError(key, array.shape, f"the shape must be {shape}")
+    if not np.isfinite(array).all():
+        raise SceneError(key, "NaN or inf", f"all {name} must be finite")
+    largest = np.abs(array).max()
+    if largest > LARGEST_COORDINATE:
+        raise SceneError(key, float(largest), f"no coordinate may exceed {LARGEST_COORDINATE:g}")
+    return array
+
+
+def _refuse_size(scene: Scene) -> None:
+    """Refuse a scene whose trajectory and solver do not fit the memory of this machine."""
+    count, snapshots = scene.chain.particles, scene.run.snapshots
+    needed = count * (POSE_BYTES * snapshots + SOLVER_BYTES)
+    present = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if needed > present:
+        gigabytes = f"{needed / 2**30:.3g} GiB where this machine has {present / 2**30:.3g}"
+        if POSE_BYTES * snapshots > SOLVER_BYTES:
+            raise SceneError("run.snapshots", snapshots, f"needs {gigabytes}; ask for fewer")
+        raise SceneError("chain.particles", count, f"needs {gigabytes}; ask for fewer")
+
+
+def _refuse_overlap(scene: Scene, positions: np.ndarray, shape: str) -> None:
+    period = scene.length if scene.chain.ends == "periodic" else 0.0
+    distance, i, j = closest_pair(positions, period)
+    contact = contact_distance(scene)
+    if distance <= contact:
+        raise SceneError(
+            "start",
+            shape,
+            f"spheres {i} and {j} overlap: they are {distance:.6g} apart and must be more than "
+            f"{contact:g}",
+        )
+
+
+def _refuse_turns(scene: Scene, frames: np.ndarray, shape: str) -> None:
+    angle, link = most_turned_link(frames, scene.chain.ends == "periodic")
+    if has_turning_springs(scene) and angle >= 0.5 * np.pi:
+        raise SceneError(
+            "start",
+            shape,
+            f"link {link} is turned by {angle:.4g} rad; from a quarter turn on the springs of "
+            "twist and bend would pull it on towards a half turn",
+        )

@@ -1,0 +1,194 @@
+"""Error against wall time of a scene: distances, budgets, advice, and the command."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from nrchain import cost, lie, load_scene, simulate, timing
+from nrchain.cli import REFUSED, app
+from nrchain.cost import Point, WorkPrecision, work_precision
+from nrchain.errors import SceneError
+from nrchain.timing import Measured, distance, measure_all
+from nrchain.trajectory import Trajectory
+
+SMALL = load_scene("buckling", **{"chain.particles": 5, "run.end": 50.0, "chain.radius": 0.5})
+
+
+@pytest.fixture
+def run():
+    return simulate(load_scene(SMALL, **{"run.snapshots": 4}))
+
+
+def altered(run, positions=None, frames=None):
+    return Trajectory(
+        run.time,
+        run.positions if positions is None else positions,
+        run.frames if frames is None else frames,
+        run.scene,
+        run.counters,
+        run.status,
+        run.reason,
+    )
+
+
+def measured(error, *seconds, late=0.5):
+    return Measured(error, 0.1 * error, seconds, late, 10, 20, 3)
+
+
+def found(*pairs, reached=SMALL.run.end, reference_error=1e-10):
+    points = [
+        Point("stepping", f"setting {k}", {"run.rtol": 10.0**-k}, one)
+        for k, one in enumerate(pairs)
+    ]
+    return WorkPrecision(SMALL, reached, points, "the reference", reference_error)
+
+
+@pytest.mark.parametrize("angle", np.geomspace(1e-12, math.pi, 9))
+def test_distance_is_in_radii_and_the_angle_of_the_turn_between_frames(run, angle):
+    frames, positions = run.frames.copy(), run.positions.copy()
+    turn = np.empty((3, 3))
+    axis = np.array([0.6, 0.0, 0.8])
+    half = min(angle, 0.999 * math.pi) / 2
+    lie.cayley(2 * math.tan(half) * axis, turn)
+    frames[2, 3] = frames[2, 3] @ turn.T
+    positions[1, 2] += [0.0, 3e-3, 4e-3]
+    apart, turned = distance(altered(run, positions, frames), run)
+    assert apart == pytest.approx(5e-3 / 0.5, rel=1e-9)
+    assert turned == pytest.approx(2 * half, rel=1e-3, abs=1e-15)
+
+
+def test_a_run_that_stopped_is_infinitely_far(run):
+    short = Trajectory(
+        run.time[:2], run.positions[:2], run.frames[:2], run.scene, {}, "stopped", "contact"
+    )
+    assert distance(short, run) == (math.inf, math.inf)
+
+
+def test_runs_are_interleaved_until_the_time_is_up(monkeypatch, run):
+    order = []
+
+    def fake(scene):
+        order.append(scene.run.rtol)
+        return run, 0.25, 0.5
+
+    monkeypatch.setattr(timing, "run_timed", fake)
+    scenes = {str(tol): load_scene(SMALL, **{"run.rtol": tol}) for tol in (1e-3, 1e-4)}
+    result = measure_all(scenes, run, repeats=3)
+    assert order == [1e-3, 1e-4] * 3
+    assert result["0.001"].seconds == (0.25,) * 3
+    order.clear()
+    measure_all(scenes, run, repeats=3, seconds=0.2)
+    assert order == [1e-3, 1e-4]
+
+
+def test_what_an_integrator_refuses_is_left_out_and_other_errors_are_not(monkeypatch, run):
+    def refuse(scene):
+        raise SceneError(scene.title, None, "no")
+
+    monkeypatch.setattr(timing, "run_timed", refuse)
+    assert measure_all({"": replace(SMALL, title="run.integrator")}, run) == {}
+    with pytest.raises(SceneError):
+        measure_all({"": replace(SMALL, title="slip")}, run)
+
+
+def test_advice_is_the_cheapest_setting_that_is_sure():
+    table = found(measured(1e-3, 1.0), measured(7e-5, 2.0), measured(4e-5, 5.0, 3.0, 4.0))
+    advice = table.advise(1e-4)
+    assert advice.point.setting == "setting 2"  # 7e-5 is within the margin of 1e-4
+    assert advice.reached
+    assert advice.seconds == (3.0, 5.0)
+    assert advice.arguments == "--set run.rtol=0.01"
+    assert "nothing is extrapolated" in advice.sure[-1]
+    assert table.advise(2e-4).point.setting == "setting 1"
+
+
+def test_advice_says_when_the_target_is_out_of_reach():
+    advice = found(measured(1e-3, 1.0), measured(7e-5, 2.0)).advise(1e-6)
+    assert not advice.reached
+    assert advice.point.setting == "setting 1"
+    assert "no setting" in advice.sure[0]
+
+
+def test_errors_near_that_of_the_reference_are_not_trusted():
+    table = found(measured(1e-12, 1.0), reference_error=1e-9)
+    assert not table.advise(1e-9).reached
+    assert table.advise(1e-9).error == 1e-8
+
+
+def test_a_short_run_is_extrapolated_in_proportion_to_time():
+    table = found(measured(1e-6, 1.0, 2.0, late=0.25), reached=SMALL.run.end / 4)
+    advice = table.advise(1e-5)
+    assert advice.error == pytest.approx(4e-6)
+    # half the pace of the whole in the second half, for the three quarters left
+    assert advice.seconds == pytest.approx((1.0 + 3 * 0.5, 2.0 * 4))
+    assert "proportion" in advice.sure[-1]
+
+
+@pytest.fixture(scope="module")
+def measured_scene():
+    stages = []
+    return work_precision(SMALL, budget=3.0, progress=stages.append), stages
+
+
+def test_work_precision_of_a_scene(measured_scene):
+    result, stages = measured_scene
+    assert len(stages) == 4
+    assert result.reference_error < 1e-7
+    stepping = {p.setting: p.measured for p in result.points if p.axis == "stepping"}
+    for scheme in cost.TOLERANCES:
+        loose, tight = stepping[f"{scheme}, 1e-03"], stepping[f"{scheme}, 1e-07"]
+        assert tight.error < 1e-2 * loose.error
+        assert tight.steps > loose.steps
+    reach = [p.measured.error for p in result.points if p.axis == "reach"]
+    assert reach[-1] == 0.0 < reach[1] < reach[0]
+    model = [p.setting for p in result.points if p.axis == "model"]
+    assert model[0] == "the scene itself"
+    assert [p.measured.error for p in result.points if p.axis == "model"][-1] == 0.0
+    advice = result.advise(1e-3)
+    exact = simulate(load_scene(SMALL, **{"run.rtol": 1e-11, "run.atol": 1e-11}))
+    assert max(distance(simulate(load_scene(SMALL, **advice.point.changes)), exact)) < 1e-3
+
+
+def test_the_budget_shortens_the_runs():
+    result = work_precision(load_scene("passive", **{"run.end": 1e6}), budget=0.3)
+    assert result.part < 1.0
+    assert any(f"{result.reached:.4g}" in note for note in result.notes())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "key"),
+    [
+        (["--target", "-1"], "target"),
+        (["--target", "nan"], "target"),
+        (["--budget", "0"], "budget"),
+        (["--set", "slip.9z=1"], "slip.9z"),
+    ],
+)
+def test_the_command_refuses(arguments, key):
+    result = CliRunner().invoke(app, ["cost", "passive", *arguments])
+    assert result.exit_code == REFUSED
+    assert result.stderr.strip().splitlines()[-1].startswith(f"nrchain: {key} = ")
+
+
+def test_a_scene_that_stops_is_refused():
+    limp = {f"elasticity.{name}": 0.0 for name in ("stretch", "shear", "twist", "bend")}
+    scene = load_scene({"chain.particles": 3, "slip.2s": -100.0, "run.end": 100.0} | limp)
+    with pytest.raises(SceneError, match=r"run\.end.*stops"):
+        work_precision(scene, budget=1000.0)
+
+
+def test_the_command_says_which_setting_to_use(monkeypatch, measured_scene):
+    monkeypatch.setattr(cost, "work_precision", lambda scene, **_: measured_scene[0])
+    result = CliRunner().invoke(
+        app, ["cost", "buckling", "--target", "1e-3", "--set", "slip.2s=90"]
+    )
+    assert result.exit_code == 0, result.stderr
+    advice = measured_scene[0].advise(1e-3)
+    assert f"nrchain run buckling --set slip.2s=90 {advice.arguments}" in result.stdout
+    for line in (*measured_scene[0].notes(), *advice.lines()):
+        assert line in result.stdout
+    for axis in ("stepping", "reach", "model"):
+        assert axis in result.stdout

@@ -1,0 +1,75 @@
+"""The measuring of times and errors measures what it says."""
+
+import time
+
+import numpy as np
+import pytest
+
+from nrchain import load_scene, simulate
+from validation import performance_growth as growth
+from validation.performance import buckling
+from validation.performance_timing import (
+    Timed,
+    in_child,
+    in_turns,
+    loosest,
+    miss,
+    ours,
+    theirs,
+)
+
+
+def test_tasks_taking_turns_are_timed_per_call():
+    found = in_turns(
+        {"short": lambda: time.sleep(1e-3), "long": lambda: time.sleep(5e-3)}, rounds=3
+    )
+    assert found["short"].shape == (3,)
+    assert found["short"].min() >= 1e-3
+    assert found["long"].min() >= 5e-3
+    assert np.median(found["short"]) < np.median(found["long"])
+
+
+def test_the_loosest_tolerance_that_meets_an_error():
+    def run(tolerance):
+        return Timed(tolerance, 10 * tolerance, 0.0, 0)
+
+    assert loosest(run, 1e-4).tolerance == pytest.approx(1e-5)
+    assert loosest(run, 1e-4, first=1e-6).tolerance == pytest.approx(1e-6)
+    with pytest.raises(ArithmeticError, match="no tolerance"):
+        loosest(run, 1e-20)
+
+
+def test_an_error_is_the_largest_distance_in_radii():
+    true = simulate(buckling(4, "sine", **{"run.end": 1.0, "chain.radius": 2.0}))
+    moved = true.positions.copy()
+    moved[3, 2] += [3.0, 0.0, 4.0]
+    assert miss(moved, true) == pytest.approx(2.5)
+    assert miss(moved[:-1], true) == np.inf
+    assert ours(true.scene, true.scene.run.rtol, true).error == 0.0
+
+
+def test_a_rival_that_breaks_down_meets_no_error():
+    def solve(*arguments):
+        raise ArithmeticError
+
+    true = simulate(buckling(4, "sine", **{"run.end": 1.0}))
+    assert theirs(solve, true.scene, 1e-3, true).error == np.inf
+
+
+def test_exponents_are_those_of_long_chains():
+    counts = [16, 256, 512, 1024]
+    assert growth.exponent(counts, [1.0, *(n**1.5 for n in counts[1:])]) == pytest.approx(1.5)
+
+
+def test_the_memory_of_a_child_is_its_own():
+    pytest.importorskip("resource")
+    found = in_child(growth.wavy(16, 1e-3))
+    assert 20 < found["mebibytes"] < 1000
+    assert found["steps"] > 0
+
+
+def test_a_child_that_dies_says_why():
+    scene = load_scene("passive")
+    object.__setattr__(scene.chain, "particles", -1)
+    with pytest.raises(ChildProcessError, match=r"-1 spheres died: .*chain\.particles"):
+        in_child(scene)
