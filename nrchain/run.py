@@ -4,7 +4,8 @@ The charts of the chain are left for fresh ones, and the integrator is started a
 points that the run itself decides: when a sphere has turned by a quarter of a turn against its
 base, or after :data:`RESTART_STEPS` steps. Every such point is kept as a checkpoint. A run that
 was killed goes on from the last of them, repeats the snapshots since, and so ends bit for bit
-where the uninterrupted run does.
+where the uninterrupted run does, if both load their kernels from disk: the first run after an
+installation compiles them, and differs from later ones in rounding.
 """
 
 from __future__ import annotations

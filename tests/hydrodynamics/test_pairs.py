@@ -308,26 +308,18 @@ print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))
     assert runs == [["0", "1"], ["1", "0"], ["0", "1"], ["1", "0"]]
 
 
-LINKED = """
-import sys
-import numpy as np
-import nrchain
-from poses import random_chain
-
-for slip in sys.argv[1:]:
-    modes = {label: 1.0 for label in slip.split("+")}
-    wrenches = nrchain.active_wrenches(*random_chain(3), modes, finite_size=True)
-    apart = [nrchain.active_wrenches(*random_chain(3), {m: 1.0}, finite_size=True) for m in modes]
-    assert np.allclose(wrenches, np.sum(apart, axis=0), rtol=1e-12, atol=1e-12), slip
-"""
-
-
-def test_laws_kept_by_different_processes_are_not_mistaken_for_each_other(tmp_path):
-    # each of the first two processes compiles one law first, under the same numbers of numba's;
-    # the third links both from disk, where functions of one name would be taken for one
-    environment = os.environ | {
-        "NUMBA_CACHE_DIR": str(tmp_path),
-        "PYTHONPATH": os.pathsep.join(sys.path),
+def test_no_two_kernels_share_a_name():
+    """Machine code of one name, kept by different processes, is linked as one (see rename)."""
+    laws = {
+        pair_law.PairLaw.of([label], [E1], finite_size).source
+        for label in LABELS
+        for finite_size in (False, True)
     }
-    for slips in (["2s"], ["4a"], ["2s", "4a", "2s+4a"]):
-        subprocess.run([sys.executable, "-c", LINKED, *slips], env=environment, check=True)
+    kernels = [
+        make(law, parallel)
+        for law in laws
+        for make in (pairs.twist_kernel, pairs.product_kernel)
+        for parallel in (False, True)
+    ]
+    kernels += [pairs.block_kernel(law) for law in laws]
+    assert len({kernel.py_func.__qualname__ for kernel in kernels}) == len(kernels)
