@@ -20,6 +20,7 @@ import numpy as np
 from nrchain.charts import TURN_LIMIT, ChartedChain
 from nrchain.errors import TrajectoryError
 from nrchain.guard import Guard, Poses
+from nrchain.h5md import FILE_NAME
 from nrchain.integrators import find_integrator
 from nrchain.integrators.base import IntegrationError, Integrator
 from nrchain.interruption import Interruption, deferred
@@ -255,7 +256,8 @@ def simulate(
     scene
         What to simulate; see :func:`nrchain.load_scene`.
     output
-        File, or directory for a ``trajectory.h5``, to write as the run goes; none: memory only.
+        File (a name with an ending), or directory for a ``trajectory.h5``, which is made if need
+        be, to write as the run goes; none: memory only.
     overwrite
         Whether an existing file may be replaced.
     progress
@@ -285,12 +287,25 @@ def simulate(
         with deferred() as interruption:
             stop = _Run(scene, memory, progress, interruption, poses).go()
         return memory.trajectory(scene, stop)
+    path = _output_file(output)
     with (
         deferred() as interruption,
-        TrajectoryWriter(output, scene, snapshot_times(scene), overwrite=overwrite) as writer,
+        TrajectoryWriter(path, scene, snapshot_times(scene), overwrite=overwrite) as writer,
     ):
         _finish(writer, _Run(scene, writer, progress, interruption, poses).go())
-    return Trajectory.open(output)
+    return Trajectory.open(path)
+
+
+def _output_file(output: str | Path) -> Path:
+    """The file to write: ``output`` if it has an ending, else ``trajectory.h5`` in that folder."""
+    path = Path(output)
+    if not path.is_dir() and path.suffix:
+        return path
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise TrajectoryError(f"{path}: cannot be made: {error.strerror}") from error
+    return path / FILE_NAME
 
 
 def resume(path: str | Path, *, progress: Callable[[Progress], None] | None = None) -> Trajectory:

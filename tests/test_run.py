@@ -350,6 +350,15 @@ def test_a_killed_run_goes_on_bit_for_bit(tmp_path):
     assert np.array_equal(resumed.frames, whole.frames)
 
 
+def test_a_name_without_an_ending_is_a_directory(tmp_path):
+    place = tmp_path / "runs" / "mine"
+    scene = nrchain.load_scene("stable", **{"run.end": 1.0})
+    assert nrchain.simulate(scene, output=place).path == place / "trajectory.h5"
+    (tmp_path / "taken").write_text("")
+    with pytest.raises(TrajectoryError, match="cannot be made"):
+        nrchain.simulate(scene, output=tmp_path / "taken")
+
+
 def test_a_finished_run_has_nothing_to_resume(tmp_path):
     done = nrchain.simulate(nrchain.load_scene("stable"), output=tmp_path)
     again = nrchain.resume(tmp_path)

@@ -14,9 +14,10 @@ from matplotlib.figure import Figure
 from nrchain import Trajectory, simulate
 from nrchain.charts import ChartedChain
 from nrchain.scene import Scene, load_scene
-from validation.performance_timing import in_child, in_turns, one_thread, rates_of, start_up
+from validation.performance_timing import in_child, in_turns, rates_of, start_up
 from validation.recipe import Recipe
 from validation.recorder import Recorder
+from validation.threads import one_thread
 
 PROJECT = "the project's bar"
 REACHES: dict[str, dict[str, Any]] = {

@@ -8,8 +8,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,7 +22,6 @@ from nrchain.charts import ChartedChain
 from nrchain.model import Model
 from nrchain.scene import Scene
 from validation.recipe import Solution
-from validation.recipe_forces import threads
 
 Array = NDArray[np.float64]
 Task = Callable[[], object]
@@ -45,24 +43,6 @@ class Timed:
     error: float
     seconds: float
     evaluations: int
-
-
-@contextmanager
-def one_thread() -> Iterator[None]:
-    """Let our kernels and PyStokes use one thread.
-
-    Two that wait for each other measure what else the machine does: a loop shared between them is
-    as late as the one that was kept waiting.
-    """
-    import numba
-
-    before = numba.get_num_threads()
-    numba.set_num_threads(1)
-    try:
-        with threads(1):
-            yield
-    finally:
-        numba.set_num_threads(before)
 
 
 def in_turns(tasks: Mapping[str, Task], *, rounds: int = 15, sample: float = 0.02) -> dict:

@@ -3,7 +3,7 @@
 The rival of the benchmarks, as a competent user writes it. Everything is vectorised over spheres
 and links, routines and stencils are made ready once, and what a scene does not name is not
 computed. What remains of Python is the loop over pairs when a chain has a limited reach: PyStokes
-sums all the pairs it is shown, so that it is shown two spheres at a time, with one thread.
+sums all the pairs it is shown, so that it is shown two spheres at a time.
 
 The state y (6N,) holds the positions and, for every sphere, the Cayley vector θ of the rotation
 from its starting frame, R = (I − θ^/2)⁻¹ (I + θ^/2): three numbers without a constraint, no
@@ -22,7 +22,7 @@ import numpy as np
 from nrchain.charts import ChartedChain
 from nrchain.model import Model
 from nrchain.scene import Scene
-from validation.recipe_forces import Array, Elasticity, PairFriction, PairSlip, cross, threads
+from validation.recipe_forces import Array, Elasticity, PairFriction, PairSlip, cross
 
 Rates = Callable[[float, Array], Array]
 Poses = tuple[Array, Array]
@@ -108,8 +108,7 @@ def solve_recipe(
     """Today's practice: the recipe's right-hand side in ``solve_ivp(method="BDF")``."""
     begin = time.perf_counter()
     recipe = Recipe(scene, positions, frames)
-    with threads(1 if recipe.slip.pairs else None):
-        return _solve(recipe.rates, recipe.start, recipe.snapshots, times, rtol, atol, begin)
+    return _solve(recipe.rates, recipe.start, recipe.snapshots, times, rtol, atol, begin)
 
 
 def solve_compiled(

@@ -6,10 +6,6 @@ Nothing but the tables of PyStokes' factors is shared with the package's own rig
 
 from __future__ import annotations
 
-import ctypes
-from collections.abc import Iterator
-from contextlib import contextmanager
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -162,22 +158,3 @@ _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 def cross(a: Array, b: Array) -> Array:
     """a × b along the first axis."""
     return a[_NEXT] * b[_LAST] - a[_LAST] * b[_NEXT]
-
-
-@contextmanager
-def threads(count: int | None) -> Iterator[None]:
-    """Let PyStokes use so many threads: with two spheres, a second one is only waited for."""
-    if count is None:
-        yield
-        return
-    try:
-        openmp = ctypes.CDLL("libgomp.so.1")
-    except OSError:
-        yield
-        return
-    before = openmp.omp_get_max_threads()
-    openmp.omp_set_num_threads(count)
-    try:
-        yield
-    finally:
-        openmp.omp_set_num_threads(before)

@@ -7,9 +7,9 @@ from poses import random_chain
 from nrchain import load_scene, simulate
 from nrchain.chain import initial_poses
 from nrchain.model import Model
-from validation import recipe
+from validation import recipe, threads
 from validation.recipe import Recipe, solve_compiled, solve_recipe
-from validation.recipe_forces import threads
+from validation.threads import one_thread
 
 SLIPS = {"slip.3a": 3.0, "slip.3t": -2.0, "slip.4a": 1.5}
 
@@ -87,7 +87,7 @@ def test_a_short_run_ends_where_nrchain_does(solve, options):
     run = {"run.end": 20.0, "run.snapshots": 3, "run.rtol": 1e-8, "run.atol": 1e-8}
     scene = load_scene(table | run, **options)
     expected = simulate(scene)
-    with threads(1):
+    with one_thread():
         found = solve(scene, *initial_poses(scene), expected.time, 1e-8, 1e-8)
     np.testing.assert_allclose(found.positions, expected.positions, atol=1e-5)
     np.testing.assert_allclose(found.frames, expected.frames, atol=1e-5)
@@ -116,13 +116,11 @@ def test_other_scenes_are_refused(options):
         Recipe(scene, *initial_poses(scene))
 
 
-def test_the_number_of_threads_is_put_back():
-    ctypes = pytest.importorskip("ctypes")
-    try:
-        openmp = ctypes.CDLL("libgomp.so.1")
-    except OSError:
-        pytest.skip("no GNU OpenMP here")
-    before = openmp.omp_get_max_threads()
-    with threads(1):
-        assert openmp.omp_get_max_threads() == 1
-    assert openmp.omp_get_max_threads() == before
+def test_the_numbers_of_threads_are_put_back():
+    def numbers():
+        return [get() for get, _ in (*threads._openmp(), *threads._openblas())]
+
+    before = numbers()
+    with one_thread():
+        assert set(numbers()) <= {1}
+    assert numbers() == before

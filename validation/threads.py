@@ -1,0 +1,51 @@
+"""One thread for everything: kernels of numba, loops of PyStokes (OpenMP), linear algebra (OpenBLAS).
+
+Two threads that wait for each other are as late as the one that was kept waiting. On a machine of
+two cores that has other things to do, OpenBLAS factorises a matrix of 384 columns a hundred times
+slower with two threads than with one, and PyStokes sums two spheres ten times slower.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Let each of the libraries above use one thread, where it is found."""
+    import numba
+
+    with ExitStack() as stack:
+        pools = [(numba.get_num_threads, numba.set_num_threads), *_openmp(), *_openblas()]
+        for get, put in pools:
+            stack.callback(put, get())
+            put(1)
+        yield
+
+
+Pool = tuple[Callable[[], int], Callable[[int], object]]
+
+
+def _openmp() -> Iterator[Pool]:
+    """GNU's OpenMP, with which PyStokes and numba share their loops."""
+    try:
+        library = ctypes.CDLL("libgomp.so.1")
+    except OSError:
+        return
+    yield library.omp_get_max_threads, library.omp_set_num_threads
+
+
+def _openblas() -> Iterator[Pool]:
+    """Every OpenBLAS of this process: NumPy and SciPy bring one each, with names of their own."""
+    maps = Path("/proc/self/maps")
+    lines = maps.read_text().splitlines() if maps.exists() else []
+    for path in sorted({line.split()[-1] for line in lines if "openblas" in line}):
+        library = ctypes.CDLL(path)
+        for prefix in ("scipy_openblas", "openblas"):
+            for suffix in ("", "64_"):
+                get = getattr(library, f"{prefix}_get_num_threads{suffix}", None)
+                if get:
+                    yield get, getattr(library, f"{prefix}_set_num_threads{suffix}")
