@@ -47,7 +47,11 @@ class ScipyBdf(Integrator):
 
     def step(self) -> float:
         before = self._solver.nfev
-        message = self._solver.step()
+        try:
+            message = self._solver.step()
+        except RuntimeError as error:
+            # SuperLU, of a Newton matrix it cannot factorise
+            raise IntegrationError(f"{error} (t = {self._solver.t:.6g})") from error
         # Every evaluation within a step is one Newton iteration, and so one linear solve.
         self.solves += self._solver.nfev - before
         if self._solver.status == "failed":
