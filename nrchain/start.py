@@ -17,6 +17,9 @@ POSE_BYTES, SOLVER_BYTES = 12 * 8, 12_000
 ORTHONORMAL = 1e-8
 """How far the products of given frame vectors may be from 0 and 1."""
 
+MORE_NEIGHBOURS = 8
+"""How many more neighbours are tried for a cut of the friction that holds."""
+
 LARGEST_COORDINATE = 1e100
 """Beyond this the squares of distances leave the range of floats."""
 
@@ -27,8 +30,9 @@ def starting_poses(
     """The poses (N, 3) and (N, 3, 3) that a run starts from: the scene's, or the ones given.
 
     Raises :class:`~nrchain.errors.SceneError` for poses of the wrong shape, that are not finite,
-    frames that are not right-handed and orthonormal to 1e-8, spheres that overlap, and links
-    turned by more than a quarter turn against the springs of twist and bend.
+    frames that are not right-handed and orthonormal to 1e-8, spheres that overlap, links turned by
+    more than a quarter turn against the springs of twist and bend, and friction between spheres
+    cut where its mobility is not positive definite.
     """
     _refuse_size(scene)
     with np.errstate(all="ignore"):
@@ -43,6 +47,7 @@ def starting_poses(
         )
     _refuse_overlap(scene, points, scene.start.shape if positions is None else "positions")
     _refuse_turns(scene, rotations, scene.start.shape if frames is None else "frames")
+    _refuse_indefinite(scene, points)
     return points, rotations
 
 
@@ -99,3 +104,24 @@ def _refuse_turns(scene: Scene, frames: np.ndarray, shape: str) -> None:
             f"link {link} is turned by {angle:.4g} rad; from a quarter turn on the springs of "
             "twist and bend would pull it on towards a half turn",
         )
+
+
+def _refuse_indefinite(scene: Scene, positions: np.ndarray) -> None:
+    """Refuse a cut of the friction between spheres that lets a passive chain gain energy."""
+    from nrchain.hydrodynamics.definiteness import DEFINITE, is_cut, least_mobility
+
+    if not is_cut(scene):
+        return
+    least = least_mobility(scene, positions)
+    if least >= DEFINITE:
+        return
+    cut = int(scene.friction.neighbours)
+    more = range(cut + 1, min(cut + MORE_NEIGHBOURS, scene.chain.particles - 2) + 1)
+    holds = next((k for k in more if least_mobility(scene, positions, k) >= DEFINITE), None)
+    raise SceneError(
+        "friction.neighbours",
+        cut,
+        f"cut there, the mobility of this start is not positive definite: its least eigenvalue is "
+        f"{least:.2g} of that of a sphere by itself, and even a passive chain would gain energy; "
+        "must be 'all'" + (f", or {holds}, which holds here" if holds else ""),
+    )
