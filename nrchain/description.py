@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nrchain.arguments import a_scene
 from nrchain.regime import warnings
-from nrchain.scene import Scene
+from nrchain.scene import Moduli, Scene
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,7 @@ def describe(scene: Scene) -> Description:
     """The effects a scene names, those it does without, and whether it is in the beam limit."""
     simulated: list[tuple[str, str]] = []
     left_out: list[tuple[str, str]] = []
-    for name, modulus in zip(scene.moduli._fields, scene.moduli, strict=True):
+    for name, modulus in zip(Moduli._fields, a_scene(scene).moduli, strict=True):
         (simulated if modulus else left_out).append(
             (name, f"modulus {modulus:.4g}" if modulus else "modulus 0")
         )

@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 
+from nrchain.arguments import a_scene
 from nrchain.errors import SceneError
 from nrchain.lattice import Branch, lattice_rates, steady_stress
 from nrchain.scene import DEFAULT_RATIO, Scene, load_scene
@@ -36,7 +37,7 @@ def warnings(scene: Scene) -> list[str]:
     Chains that no plane wave describes (strengths that differ from sphere to sphere, axes that
     turn the chain across itself) are not judged by the beam limit.
     """
-    return [text for text in (*_beam_warnings(scene), _rounding_warning(scene)) if text]
+    return [text for text in (*_beam_warnings(a_scene(scene)), _rounding_warning(scene)) if text]
 
 
 def _beam_warnings(scene: Scene) -> list[str]:

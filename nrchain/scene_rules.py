@@ -19,7 +19,7 @@ import sys
 from collections.abc import Callable, Iterable, Mapping
 from typing import Annotated, Any, ClassVar, Self, get_args, get_origin, get_type_hints
 
-from nrchain.errors import SceneError
+from nrchain.errors import NOT_GIVEN, SceneError
 
 Rule = Callable[[str, Any], Any]
 
@@ -167,7 +167,10 @@ class Section:
             if name not in known:
                 raise unknown(cls.key(name), value, known, cls.spellings())
         given = {name: value for name, value in table.items() if value is not None}
-        return cls(**dict.fromkeys(_required(cls)) | given)
+        for name in _required(cls):
+            if name not in given:
+                given[name] = _read_nothing(known[name], cls.key(name))
+        return cls(**given)
 
     def to_mapping(self) -> dict[str, Any]:
         """The raw table of the section, keys that are None left out."""
@@ -207,6 +210,14 @@ def _is_number(value: Any) -> bool:
 def _plain(value: Any) -> Any:
     """Numpy numbers and arrays as Python numbers and lists, everything else as it is."""
     return value.tolist() if hasattr(value, "tolist") else value
+
+
+def _read_nothing(read: Rule, key: str) -> Any:
+    """What a rule makes of a key that must be there and is not: refused, as a rule."""
+    try:
+        return read(key, None)
+    except SceneError as error:
+        raise SceneError(error.key, NOT_GIVEN, error.allowed) from None
 
 
 def _required(kind: Any) -> list[str]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, Self, cast
 
 from nrchain import slip_modes
-from nrchain.errors import SceneError
+from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.scene_rules import (
     Section,
     choice,
@@ -40,7 +40,7 @@ PYSTOKES_MODES = ("2s", "3a", "3t", "4a")
 
 _E1 = (1.0, 0.0, 0.0)
 _STRENGTH = one_or_each(number())
-_NEIGHBOURS = rule(
+NEIGHBOURS = rule(
     "a whole number of at least 1, or 'all'",
     lambda v: v == "all" or (is_whole(v) and 1 <= v < 2**63),
 )
@@ -129,7 +129,7 @@ class ElasticitySpec(Section):
         if len(given) == 1:
             missing = "shear" if given == ["stretch"] else "stretch"
             allowed = f"must be given along with elasticity.{given[0]}, or both left to the ratio"
-            raise SceneError(f"elasticity.{missing}", None, allowed)
+            raise SceneError(f"elasticity.{missing}", NOT_GIVEN, allowed)
 
 
 def _read_modes(key: str, value: Any) -> SlipModes:
@@ -166,7 +166,7 @@ class SlipSpec(Section):
 
     path: ClassVar[str] = "slip"
     modes: Annotated[Mapping[str, Slip], _read_modes] = SlipModes()
-    neighbours: Annotated[int | Literal["all"], _NEIGHBOURS] = 1
+    neighbours: Annotated[int | Literal["all"], NEIGHBOURS] = 1
     finite_size: Annotated[bool, flag()] = False
     backend: Annotated[Backend, choice(Backend)] = "native"
 
@@ -206,7 +206,7 @@ class FrictionSpec(Section):
 
     path: ClassVar[str] = "friction"
     kind: Annotated[Kind, choice(Kind)] = "one-body"
-    neighbours: Annotated[int | Literal["all"], _NEIGHBOURS] = "all"
+    neighbours: Annotated[int | Literal["all"], NEIGHBOURS] = "all"
     backend: Annotated[Backend, choice(Backend)] = "native"
 
 
@@ -237,7 +237,7 @@ class StericSpec(Section):
 
     def check(self) -> None:
         if self.acts and self.strength is None:
-            raise SceneError("steric.strength", None, "must be given along with steric.kind")
+            raise SceneError("steric.strength", NOT_GIVEN, "must be given along with steric.kind")
         for name in ("strength", "range"):
             if not self.acts and getattr(self, name) is not None:
                 allowed = "acts only with a repulsion: name steric.kind, 'wca' or 'harmonic'"

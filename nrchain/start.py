@@ -6,6 +6,7 @@ import os
 
 import numpy as np
 
+from nrchain.arguments import a_scene, finite_array, rotations
 from nrchain.chain import closest_pair, initial_poses
 from nrchain.errors import SceneError
 from nrchain.guard import contact_distance, has_turning_springs, most_turned_link
@@ -13,9 +14,6 @@ from nrchain.scene import Scene
 
 POSE_BYTES, SOLVER_BYTES = 12 * 8, 12_000
 """Memory of one sphere in a snapshot, and in an integrator with nearest neighbours."""
-
-ORTHONORMAL = 1e-8
-"""How far the products of given frame vectors may be from 0 and 1."""
 
 MORE_NEIGHBOURS = 8
 """How many more neighbours are tried for a cut of the friction that holds."""
@@ -34,40 +32,25 @@ def starting_poses(
     more than a quarter turn against the springs of twist and bend, and friction between spheres
     cut where its mobility is not positive definite.
     """
-    _refuse_size(scene)
+    _refuse_size(a_scene(scene))
     with np.errstate(all="ignore"):
         built = initial_poses(scene)
     count = scene.chain.particles
-    points = _checked("positions", positions, built[0], (count, 3))
-    rotations = _checked("frames", frames, built[1], (count, 3, 3))
-    gram = np.einsum("nak,nbk->nab", rotations, rotations)
-    if np.abs(gram - np.eye(3)).max() > ORTHONORMAL or np.linalg.det(rotations).min() < 0:
-        raise SceneError(
-            "frames", "not rotations", "rows must be orthonormal and right-handed to 1e-8"
-        )
+    points = _finite("start" if positions is None else "positions", positions, built[0])
+    turns = rotations(built[1] if frames is None else frames, count).copy()
     _refuse_overlap(scene, points, scene.start.shape if positions is None else "positions")
-    _refuse_turns(scene, rotations, scene.start.shape if frames is None else "frames")
+    _refuse_turns(scene, turns, scene.start.shape if frames is None else "frames")
     _refuse_indefinite(scene, points)
-    return points, rotations
+    return points, turns
 
 
-def _checked(
-    name: str, given: np.ndarray | None, built: np.ndarray, shape: tuple[int, ...]
-) -> np.ndarray:
-    """A copy of the array given, or the one built, if it has the shape and is finite."""
-    key = "start" if given is None else name
-    try:
-        array = np.array(built if given is None else given, float)
-    except (TypeError, ValueError):
-        raise SceneError(key, given, f"must be an array of numbers of shape {shape}") from None
-    if array.shape != shape:
-        raise SceneError(key, array.shape, f"the shape must be {shape}")
-    if not np.isfinite(array).all():
-        raise SceneError(key, "NaN or inf", f"all {name} must be finite")
-    largest = np.abs(array).max()
+def _finite(key: str, given: np.ndarray | None, built: np.ndarray) -> np.ndarray:
+    """A copy of the positions given, or of those built, if their squares are finite."""
+    points = finite_array(key, built if given is None else given, built.shape).copy()
+    largest = np.abs(points).max()
     if largest > LARGEST_COORDINATE:
         raise SceneError(key, float(largest), f"no coordinate may exceed {LARGEST_COORDINATE:g}")
-    return array
+    return points
 
 
 def _refuse_size(scene: Scene) -> None:

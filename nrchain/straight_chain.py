@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nrchain import slip_modes
+from nrchain.arguments import a_scene
 from nrchain.effects.cosserat import REACH
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics.friction import PairFriction
@@ -50,7 +51,7 @@ class StraightChain:
     """
 
     def __init__(self, scene: Scene) -> None:
-        self.scene = scene
+        self.scene = a_scene(scene)
         self.reach: Reach = scene.slip.neighbours
         self.twists: dict[int, np.ndarray] = {}
         self.blocks: dict[int, np.ndarray] = {}

@@ -174,7 +174,7 @@ def test_any_turn_is_fine_without_springs_against_it():
         ({"positions": np.zeros((3, 3))}, r"positions = \(3, 3\): the shape must be \(20, 3\)"),
         ({"positions": np.zeros((20, 3))}, "overlap"),
         ({"positions": np.full((20, 3), np.nan)}, "finite"),
-        ({"positions": [["a"] * 3] * 20}, "array of numbers"),
+        ({"positions": [["a"] * 3] * 20}, "must be numbers of shape"),
         ({"positions": 1e200 * np.arange(60.0).reshape(20, 3)}, "no coordinate may exceed"),
         ({"frames": half_turned()}, r"link 9 is turned by 3 rad"),
         ({"frames": np.zeros((20, 3, 3))}, "orthonormal"),

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nrchain import slip_modes
-from nrchain.errors import SceneError
+from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.scene import (
     ChainSpec,
     ElasticitySpec,
@@ -160,7 +160,24 @@ def test_refused_with_key_value_and_what_is_allowed(changes, key, allowed):
         scene_of(**changes)
     assert caught.value.key == key
     assert allowed in caught.value.allowed
-    assert str(caught.value).startswith(f"{key} = ")
+    said = "is not given: " if caught.value.value is NOT_GIVEN else "= "
+    assert str(caught.value).startswith(f"{key} {said}")
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"run.end": None}, "run.end is not given: must be a finite number, above 0"),
+        ({"run": None}, "run.end is not given: must be a finite number, above 0"),
+        ({"slip.2s": {"axis": [1, 0, 0]}}, "slip.2s.strength is not given: must be a finite"),
+        ({"elasticity.shear": 1.0}, "elasticity.stretch is not given: must be given along with"),
+        ({"steric.kind": "wca"}, "steric.strength is not given: must be given along with"),
+    ],
+)
+def test_a_missing_key_is_said_to_be_missing(changes, message):
+    with pytest.raises(SceneError) as caught:
+        scene_of(**changes)
+    assert str(caught.value).startswith(message)
 
 
 def test_every_key_has_a_refusal():
