@@ -4,7 +4,8 @@
     /particles/chain/box         periodic along x, or none
     /particles/chain/position    value (T, N, 3), time (T,), step (T,)
     /particles/chain/frame       value (T, N, 3, 3), the same time and step by hard links
-    /parameters                  scene (its TOML text), versions (of what ran it)
+    /parameters                  scene (its TOML text), versions (of what ran it), and choice
+                                 (JSON: what effects chosen for a tolerance leave out), if any
     /nrchain                     times asked for, counters, status, cause, reason, two checkpoints
 
 All arrays are contiguous and written once, filled with NaN, when the file is made. A run then only
@@ -36,6 +37,7 @@ FILE_NAME = "trajectory.h5"
 POSITION = "particles/chain/position"
 FRAME = "particles/chain/frame"
 SCENE = "parameters/scene"
+CHOICE = "parameters/choice"
 VERSIONS = "parameters/versions"
 PLANNED = "nrchain/times"
 COUNTS = "nrchain/counters"
@@ -73,7 +75,7 @@ def _version(package: str) -> str:
         return "not installed"
 
 
-def create(path: Path, scene: Scene, times: np.ndarray) -> None:
+def create(path: Path, scene: Scene, times: np.ndarray, choice: str = "") -> None:
     """Make the file of a run of ``scene`` with snapshots at ``times (T,)``, all of them empty.
 
     The file appears under its name only once it is whole; an older one is replaced in that moment.
@@ -85,7 +87,7 @@ def create(path: Path, scene: Scene, times: np.ndarray) -> None:
         try:
             # Newer formats mark a file while it is written, and a killed run would leave it so.
             with h5py.File(partial, "w", libver=("v108", "v110")) as file:
-                _describe(file, scene)
+                _describe(file, scene, choice)
                 _allocate(file, scene, times)
             os.replace(partial, path)
         except BaseException:
@@ -118,7 +120,7 @@ def _cause(error: Exception) -> str:
     return text
 
 
-def _describe(file: Any, scene: Scene) -> None:
+def _describe(file: Any, scene: Scene, choice: str) -> None:
     root = file.create_group("h5md")
     root.attrs["version"] = np.array([1, 1], dtype=np.int32)
     root.create_group("author").attrs["name"] = "not given"
@@ -135,6 +137,8 @@ def _describe(file: Any, scene: Scene) -> None:
         box.create_dataset("edges", data=np.full(3, scene.length))
 
     file.create_dataset(SCENE, data=scene.to_toml())
+    if choice:
+        file.create_dataset(CHOICE, data=choice)
     versions = file.create_group(VERSIONS)
     versions.attrs["nrchain"] = __version__
     versions.attrs["python"] = platform.python_version()

@@ -21,6 +21,7 @@ class Cause(StrEnum):
     BUDGET = "budget-reached"
     INTERRUPTED = "interrupted"
     ERROR = "error"
+    NEGLECTED = "neglected-effects"
 
     @property
     def advice(self) -> str:
@@ -40,6 +41,8 @@ _ADVICE = {
     "point",
     Cause.BUDGET: "resume the run, or raise run.max_steps or run.max_seconds",
     Cause.INTERRUPTED: "resume the run to go on",
+    Cause.NEGLECTED: "start from the last poses with effects = 'auto' and a smaller tolerance, or "
+    "name the effects that are left out",
     Cause.ERROR: "see the message: something outside the run failed",
 }
 

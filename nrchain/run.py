@@ -12,12 +12,13 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from nrchain.charts import TURN_LIMIT, ChartedChain
+from nrchain.choice import Choice, Watch
 from nrchain.errors import TrajectoryError
 from nrchain.guard import Guard, Poses
 from nrchain.h5md import FILE_NAME
@@ -64,7 +65,9 @@ class _Run:
         interruption: Interruption,
         begin: Checkpoint | Poses,
         repeated: float = 0,
+        choice: Choice | None = None,
     ) -> None:
+        self.neglected = Watch(scene, choice)
         self.scene, self.recorder, self.progress = scene, recorder, progress
         self.interruption = interruption
         self.times = snapshot_times(scene)
@@ -174,6 +177,7 @@ class _Run:
         while self.next < len(self.times) and self.times[self.next] <= until:
             due = float(self.times[self.next])
             self._record(due, *self._poses_at(due))
+            self.neglected.check(due, self._poses_at(due))
         if stop is None or stop.cause is not Cause.NOT_FINITE:
             self.time = until
             self.positions, self.frames = poses if stop is None else self._poses_at(until)
@@ -247,6 +251,7 @@ def simulate(
     progress: Callable[[Progress], None] | None = None,
     positions: np.ndarray | None = None,
     frames: np.ndarray | None = None,
+    choice: Choice | None = None,
 ) -> Trajectory:
     """Integrate v = F/γ_T + Σu, ω = T/γ_R + Σw from the start of a scene to its end.
 
@@ -263,6 +268,9 @@ def simulate(
         Called with a :class:`Progress` at every snapshot.
     positions, frames
         (N, 3) and (N, 3, 3): poses to start from in place of the scene's.
+    choice
+        What the effects of the scene leave out, as :func:`nrchain.auto.choose` found it: kept
+        beside the scene, and watched. A scene with ``effects = "auto"`` makes its own.
 
     Returns
     -------
@@ -281,17 +289,23 @@ def simulate(
         On Ctrl-C and SIGTERM, once the step under way is done and the file is closed in order.
     """
     poses = starting_poses(scene, positions, frames)
+    if scene.effects == "auto":
+        from nrchain.auto import choose
+
+        scene, choice = choose(scene, poses)
     if output is None:
         memory = Memory(scene)
         with deferred() as interruption:
-            stop = _Run(scene, memory, progress, interruption, poses).go()
-        return memory.trajectory(scene, stop)
+            stop = _Run(scene, memory, progress, interruption, poses, choice=choice).go()
+        return replace(memory.trajectory(scene, stop), choice=choice)
     path = _output_file(output)
     with (
         deferred() as interruption,
-        TrajectoryWriter(path, scene, snapshot_times(scene), overwrite=overwrite) as writer,
+        TrajectoryWriter(
+            path, scene, snapshot_times(scene), overwrite=overwrite, choice=choice
+        ) as writer,
     ):
-        _finish(writer, _Run(scene, writer, progress, interruption, poses).go())
+        _finish(writer, _Run(scene, writer, progress, interruption, poses, choice=choice).go())
     return Trajectory.open(path)
 
 
@@ -321,7 +335,8 @@ def resume(path: str | Path, *, progress: Callable[[Progress], None] | None = No
         raise TrajectoryError(f"{done.path}: was killed before it began; run its scene again")
     with deferred() as interruption, TrajectoryWriter.reopen(path) as writer:
         repeated = done.counters["steps"]
-        _finish(writer, _Run(done.scene, writer, progress, interruption, begin, repeated).go())
+        run = _Run(done.scene, writer, progress, interruption, begin, repeated, done.choice)
+        _finish(writer, run.go())
     return Trajectory.open(path)
 
 

@@ -20,7 +20,7 @@ import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from nrchain.errors import SceneError
 from nrchain.scene_file import (
@@ -32,7 +32,7 @@ from nrchain.scene_file import (
     scene_path,
     write_toml,
 )
-from nrchain.scene_rules import Section, line, section
+from nrchain.scene_rules import Section, choice, line, number, optional, section
 from nrchain.scene_sections import (
     ChainSpec,
     ElasticitySpec,
@@ -67,6 +67,11 @@ __all__ = [
 DEFAULT_RATIO = 1e7
 """R of the stiffness rule when a scene gives no stiffness; the paper's for its snapshots."""
 
+CHOSEN = {"slip": ("neighbours", "finite_size"), "friction": ("kind", "neighbours")}
+"""The keys of each section that effects = "auto" decides."""
+
+Effects = Literal["named", "auto"]
+
 
 class Drag(NamedTuple):
     """γ_T = 6πηa and γ_R = 8πηa³ of one sphere."""
@@ -88,6 +93,9 @@ class Moduli(NamedTuple):
 class Scene(Section):
     """Everything that decides a run. Sections may be given as raw tables.
 
+    With ``effects = "auto"`` a run takes the cheapest set of hydrodynamic effects that keeps every
+    sphere within ``tolerance`` radii, and radians, of the full model: see :mod:`nrchain.auto`.
+
     Raises :class:`~nrchain.errors.SceneError` with the key, the value and what is allowed.
     """
 
@@ -101,6 +109,8 @@ class Scene(Section):
     start: Annotated[StartSpec, section(StartSpec)] = field(default_factory=StartSpec)
     run: Annotated[RunSpec, section(RunSpec)]
     title: Annotated[str, line()] = ""
+    effects: Annotated[Effects, choice(Effects)] = "named"
+    tolerance: Annotated[float | None, optional(number(above=0))] = None
 
     @property
     def drag(self) -> Drag:
@@ -141,11 +151,31 @@ class Scene(Section):
         return 2 ** (7 / 6) * self.chain.radius if given is None else given
 
     def check(self) -> None:
+        self._check_choice()
         self._check_strengths()
         self._check_repulsion()
         if self.chain.ends == "periodic":
             self._check_periodic()
         self._check_range()
+
+    def _check_choice(self) -> None:
+        """Refuse a choice without its tolerance, and effects both named and left to be chosen."""
+        if self.effects == "named":
+            if self.tolerance is not None:
+                allowed = "is for effects = 'auto'; take it out, or leave the effects to be chosen"
+                raise SceneError("tolerance", self.tolerance, allowed)
+            return
+        if self.tolerance is None:
+            allowed = (
+                "must be given with effects = 'auto': the largest distance from the full model"
+            )
+            raise SceneError("tolerance", None, f"{allowed}, in radii")
+        for spec in (self.slip, self.friction):
+            plain = type(spec)()
+            for name in CHOSEN[spec.path]:
+                if getattr(spec, name) != getattr(plain, name):
+                    allowed = "is chosen by effects = 'auto'; take one of the two out"
+                    raise SceneError(spec.key(name), getattr(spec, name), allowed)
 
     def _check_strengths(self) -> None:
         """Refuse strengths that are neither one nor one a sphere."""

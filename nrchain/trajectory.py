@@ -18,6 +18,7 @@ from typing import Any, Self
 import numpy as np
 
 from nrchain import h5md
+from nrchain.choice import Choice
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.h5md import COUNTERS
 from nrchain.outcome import Cause
@@ -70,6 +71,8 @@ class Trajectory:
         Why a run stopped, with advice: see :class:`~nrchain.outcome.Cause`.
     path
         Where the file is, if there is one.
+    choice
+        What was left out, with its bound, if the effects were chosen for a tolerance.
     """
 
     time: np.ndarray
@@ -81,6 +84,7 @@ class Trajectory:
     reason: str = ""
     path: Path | None = None
     cause: Cause | None = None
+    choice: Choice | None = None
 
     def __post_init__(self) -> None:
         snapshots, particles = len(self.time), self.scene.chain.particles
@@ -125,7 +129,13 @@ class TrajectoryWriter:
     """
 
     def __init__(
-        self, path: str | Path, scene: Scene, times: np.ndarray, *, overwrite: bool = False
+        self,
+        path: str | Path,
+        scene: Scene,
+        times: np.ndarray,
+        *,
+        overwrite: bool = False,
+        choice: Choice | None = None,
     ) -> None:
         path = h5md.locate(path)
         if path.exists():
@@ -135,7 +145,8 @@ class TrajectoryWriter:
                     "(--overwrite)"
                 )
             h5md.refuse_busy(path)
-        h5md.create(path, scene, np.asarray(times, dtype=np.float64))
+        told = choice.to_json() if choice else ""
+        h5md.create(path, scene, np.asarray(times, dtype=np.float64), told)
         self._attach(path)
 
     @classmethod
@@ -270,11 +281,16 @@ def _contents(file: Any) -> dict[str, Any]:
         "status": h5md.STATUSES[file[h5md.STATUS][0]],
         "reason": file[h5md.REASON][0].decode(),
         "cause": h5md.CAUSES[file[h5md.CAUSE][0]],
+        "choice": _choice(file),
     }
 
 
 def _scene(file: Any) -> Scene:
     return Scene.from_toml(file[h5md.SCENE].asstr()[()])
+
+
+def _choice(file: Any) -> Choice | None:
+    return Choice.from_json(file[h5md.CHOICE].asstr()[()]) if h5md.CHOICE in file else None
 
 
 def _latest_checkpoint(file: Any) -> Checkpoint | None:

@@ -1,0 +1,170 @@
+"""The cheapest set of effects whose neglected part is below a tolerance: ``effects = "auto"``.
+
+The full model of a chain is what the package can simulate of its hydrodynamics: the slip flows of
+all pairs, with their finite size where a mode has one, and friction between all spheres. A scene
+with ``effects = "auto"`` and ``tolerance = x`` is run with as little of that as keeps every sphere,
+at every snapshot, within x radii and x radians of the run of the full model. Elasticity, modes,
+steric repulsion and all else that the scene names are kept as they are.
+
+The error is that of poses and not of velocities, because poses are what a run is for, and because
+a small error of a velocity that makes the chain unstable is a large one of its poses.
+
+How it is chosen. Sets are the combinations of a reach of slip and of friction, 1, 2, 4, … and all,
+with and without friction between spheres and finite size; each has a counted cost
+(:mod:`nrchain.nominal_cost`), and of sets that cost about as much the fuller is kept. They are
+integrated together with the full model on shared steps of loose tolerance
+(:mod:`nrchain.paired`); each is given up as soon as it strays from the full model by x over
+:data:`MARGIN`. Of those that reach the end the cheapest is taken. Where the full model costs hardly
+more than the cheapest, less than the choice itself would, it is taken at once.
+
+A probe that would cost too much ends early: the distances are then carried on
+(:func:`nrchain.estimate.carry_on`), and the bound is an estimate beyond that time. In either case
+the run compares the velocities of its set with those of the full model at every snapshot, and
+stops when they have come apart by more than :data:`nrchain.choice.BREACH` times what the probe
+found: a chain that coils brings distant spheres near.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from nrchain.choice import Choice, full_scene, velocity_difference
+from nrchain.errors import SceneError
+from nrchain.estimate import PROBE_TOLERANCE, SAMPLES, carry_on
+from nrchain.guard import Poses
+from nrchain.model import Model
+from nrchain.nominal_cost import Fluid, evaluation_cost
+from nrchain.paired import PairedRun, apart
+from nrchain.scene import Scene
+from nrchain.scene_changes import acting_modes
+from nrchain.start import starting_poses
+
+MARGIN = 1.25
+"""A set is taken if the probe keeps it within the tolerance by this factor."""
+
+ALIKE = 1.3
+"""Of two sets of which one holds the other, the fuller is tried alone if it costs no more."""
+
+PROBE_SHARE = 0.2
+"""Steps of a probe over those of the run, about."""
+
+FIRST = 1e-3
+"""Part of the run after which sets are first compared with the full model."""
+
+PROBE_BUDGET = 20.0
+"""Nominal seconds that a probe may take."""
+
+
+def choose(
+    scene: Scene, poses: Poses | None = None, *, budget: float = PROBE_BUDGET
+) -> tuple[Scene, Choice]:
+    """The scene with the effects chosen for its tolerance, named, and what they leave out.
+
+    ``poses`` (N, 3) and (N, 3, 3) are those it starts from, if not its own.
+    """
+    if scene.effects != "auto" or scene.tolerance is None:
+        raise SceneError("effects", scene.effects, "must be 'auto', with a tolerance")
+    begin = starting_poses(scene, *(poses or (None, None)))
+    full = full_scene(scene)
+    sets = ladder(full)
+    costs = [evaluation_cost(full, one) for one in sets]
+    if not sets or evaluation_cost(full) * (1.0 - PROBE_SHARE) < (
+        min(costs) + PROBE_SHARE * sum(costs)
+    ):
+        reason = "it costs no more than to find out what could be left out"
+        return full, Choice(scene.tolerance, (), 0.0, 0.0, (), (), reason)
+    return _tried(scene.tolerance, full, [one.applied(full) for one in sets], begin, budget)
+
+
+def ladder(full: Scene) -> list[Fluid]:
+    """The sets worth trying, by their cost: each costs clearly less than any fuller one kept."""
+    kept = [Fluid.of(full)]
+    for one in sorted(_subsets(full), reverse=True):
+        cost = ALIKE * evaluation_cost(full, one)
+        if all(cost < evaluation_cost(full, other) for other in kept if other.holds(one)):
+            kept.append(one)
+    return sorted(kept[1:], key=lambda one: evaluation_cost(full, one))
+
+
+def _subsets(full: Scene) -> Iterator[Fluid]:
+    """Every set with less than the full model; without slip, reach and size are left alone."""
+    whole, reaches = Fluid.of(full), [math.inf]
+    places = 1
+    while places < full.chain.particles - (full.chain.ends != "periodic"):
+        reaches.append(places)
+        places *= 2
+    slips = [(whole.reach, whole.finite_size)]
+    if acting_modes(full):
+        slips = [(r, size) for r in reaches for size in {whole.finite_size, False}]
+    for friction in (*reaches, 0.0):
+        for reach, size in slips:
+            if (one := Fluid(friction, reach, size)) != whole:
+                yield one
+
+
+def _tried(
+    tolerance: float, full: Scene, sets: list[Scene], begin: Poses, budget: float
+) -> tuple[Scene, Choice]:
+    """Integrate all sets beside the full model, and take the cheapest that stays near it."""
+    members = [full, *sets]
+    models = [Model(one) for one in members]
+    costs = np.array([evaluation_cost(one) for one in members])
+    end = full.run.end
+    even, early = np.linspace(0.0, end, SAMPLES)[1:], np.geomspace(FIRST * end, end, SAMPLES)[:-1]
+    times = np.union1d(even, early)
+    run = PairedRun(members, begin, min(PROBE_TOLERANCE, 0.1 * tolerance))
+    distances: list[list[float]] = [[0.0] for _ in members]
+    velocities = [[_neglected(models, m, begin, full)] for m in range(len(members))]
+    reached = [0.0]
+    for time in run.go(times):
+        reached.append(time)
+        for m in [m for m in run.members if m]:
+            distances[m].append(max(apart(run.poses[m], run.poses[0], full.chain.radius)))
+            velocities[m].append(_neglected(models, m, run.poses[m], full))
+        run.drop([m for m in run.members if m and distances[m][-1] * MARGIN > tolerance])
+        if run.members == [0] or float(costs @ run.evaluations) > budget:
+            break
+    return _cheapest(tolerance, members, run, reached, distances, velocities)
+
+
+def _neglected(models: list[Model], member: int, poses: Poses, full: Scene) -> float:
+    return velocity_difference(models[0], models[member], poses, full.chain.radius)
+
+
+def _cheapest(
+    tolerance: float,
+    members: list[Scene],
+    run: PairedRun,
+    reached: list[float],
+    distances: list[list[float]],
+    velocities: list[list[float]],
+) -> tuple[Scene, Choice]:
+    full, end = members[0], members[0].run.end
+    probed = reached[-1]
+    for m in sorted(m for m in run.members if m):
+        bound = max(distances[m])
+        if probed < end and 0 not in run.stops:
+            followed = np.array(reached), np.array(distances[m])
+            bound = max(bound, carry_on(*followed, end, np.inf, np.inf))
+        if bound * MARGIN <= tolerance:
+            left_out = tuple(_left_out(full, members[m]))
+            reason = "the cheapest set that a probe beside the full model allows"
+            return members[m], Choice(
+                tolerance, left_out, bound, probed, tuple(reached), tuple(velocities[m]), reason
+            )
+    reason = f"every cheaper set strays from it by {tolerance:g} by t = {probed:.3g}"
+    return full, Choice(tolerance, (), 0.0, probed, (), (), reason)
+
+
+def _left_out(full: Scene, chosen: Scene) -> Iterator[str]:
+    if chosen.slip.neighbours != full.slip.neighbours:
+        yield f"slip flows beyond {chosen.slip.neighbours} neighbours"
+    if chosen.slip.finite_size != full.slip.finite_size:
+        yield "finite size"
+    if chosen.friction.kind == "one-body":
+        yield "friction between spheres"
+    elif chosen.friction.neighbours != "all":
+        yield f"friction beyond {chosen.friction.neighbours} neighbours"

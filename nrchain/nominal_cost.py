@@ -1,0 +1,119 @@
+"""Seconds per right-hand side, counted: what a scene costs, the same on every machine.
+
+Choices must not depend on how busy a machine is. The work is therefore counted, in the time that
+its parts take on one core of a present-day machine: the loop of the integrator, the elastic chain,
+pairs of slip flow and pairs of friction, each with the products and solves that come with a
+right-hand side. Absolute times are good to a factor of two, ratios between scenes of one chain to
+some ten per cent.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple, Self
+
+from nrchain.hydrodynamics.images import EXACT, POINTS
+from nrchain.hydrodynamics.pairs import NEAR
+from nrchain.scene import Scene, load_scene
+from nrchain.scene_changes import acting_modes, has_finite_size
+
+LOOP, SPHERE = 50e-6, 0.7e-6
+"""Seconds of the integrator's own, and of one sphere with its links."""
+
+PRODUCTS = 2.2
+"""Products with the Jacobian that come with a right-hand side."""
+
+SLIP_PAIR, SLIP_PRODUCT = 1.0e-9, 2.5e-9
+"""Of one pair of one mode; a further mode adds :data:`MODE` of it, the finite size a fifth."""
+
+MODE, FINITE_SIZE = 0.3, 0.2
+
+FRICTION_PAIR, FRICTION_PRODUCT, FRICTION_CALL = 1.8e-9, 3.9e-9, 5e-6
+SUPPORT = 35e-6
+"""Of the wrenches by which clamps hold their spheres against friction with all others."""
+
+BLOCK = 0.05e-6
+"""Of the exact blocks of one sphere with one further neighbour, over the life of a Jacobian."""
+
+IMAGES = (2 * (EXACT + POINTS) + 1) / 2
+"""Images of a periodic chain that all pairs take in, over two."""
+
+
+class Fluid(NamedTuple):
+    """How much of the fluid between spheres is simulated: what a choice of effects decides.
+
+    ``reach`` is that of the slip flows, ``friction`` that of friction between spheres, infinite for
+    all pairs and 0 for none; ``finite_size`` is whether the flows have it.
+    """
+
+    friction: float
+    reach: float
+    finite_size: bool
+
+    @classmethod
+    def of(cls, scene: Scene) -> Self:
+        """That of a scene."""
+        friction = scene.friction
+        places = _number(friction.neighbours) if friction.kind == "pairwise" else 0.0
+        return cls(places, _number(scene.slip.neighbours), scene.slip.finite_size)
+
+    def holds(self, other: Fluid) -> bool:
+        """Whether all that ``other`` simulates is part of this."""
+        return all(a >= b for a, b in zip(self, other, strict=True))
+
+    def applied(self, scene: Scene) -> Scene:
+        """The scene with this in place of its own."""
+        changes: dict[str, Any] = {
+            "slip.neighbours": _neighbours(self.reach),
+            "slip.finite_size": self.finite_size,
+            "friction.kind": "pairwise" if self.friction else "one-body",
+            "friction.neighbours": _neighbours(self.friction or math.inf),
+        }
+        return load_scene(scene, **changes)
+
+
+def _number(neighbours: int | str) -> float:
+    return math.inf if neighbours == "all" else float(neighbours)
+
+
+def _neighbours(number: float) -> int | str:
+    return "all" if math.isinf(number) else int(number)
+
+
+def evaluation_cost(scene: Scene, fluid: Fluid | None = None) -> float:
+    """Nominal seconds of one right-hand side of a scene, and of all that comes with it.
+
+    ``fluid`` stands for its own if it is given.
+    """
+    fluid = fluid or Fluid.of(scene)
+    count = scene.chain.particles
+    cost = LOOP + SPHERE * count
+    modes = len(acting_modes(scene))
+    pairwise = fluid.friction > 0.0
+    if modes:
+        reach = _places(scene, fluid.reach)
+        pairs = 2 * reach * count
+        each = 1.0 + MODE * (modes - 1)
+        if fluid.finite_size and has_finite_size(scene):
+            each += FINITE_SIZE
+        cost += SLIP_PAIR * pairs * each
+        if pairwise or reach > NEAR:
+            cost += PRODUCTS * (FRICTION_CALL + SLIP_PRODUCT * pairs * each)
+        if reach <= NEAR:
+            cost += BLOCK * count * (reach - 1)
+    if pairwise:
+        pairs = 2 * _places(scene, fluid.friction) * count
+        cost += FRICTION_CALL + FRICTION_PAIR * pairs
+        cost += PRODUCTS * (FRICTION_CALL + FRICTION_PRODUCT * pairs)
+        if scene.chain.ends == "clamped":
+            cost += (1.0 + PRODUCTS) * SUPPORT
+    return cost
+
+
+def _places(scene: Scene, reach: float) -> float:
+    """Neighbours a side, on average over a chain whose ends have fewer."""
+    count = scene.chain.particles
+    if scene.chain.ends == "periodic":
+        return IMAGES * count if math.isinf(reach) else reach
+    places = min(reach, count - 1)
+    return places * (2 * count - places - 1) / (2 * count)

@@ -1,0 +1,221 @@
+"""Several scenes on the same steps: their differences are exact where each by itself is coarse.
+
+Two runs of loose tolerance each have an error of their own, and their difference is lost in it. As
+one system of ODEs they share every step and every order: what the steps leave out is the same
+function of the pose for all members, and cancels where their poses agree. The difference of two
+members is then as accurate, relative to itself, as the loose tolerance is relative to one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+
+from nrchain.charts import TURN_LIMIT, ChartedChain
+from nrchain.guard import Guard, Poses
+from nrchain.integrators.base import IntegrationError
+from nrchain.integrators.cvode import Cvode
+from nrchain.model import Model
+from nrchain.outcome import Cause, Stop
+from nrchain.scene import Scene
+
+FRESH_STEPS = 2000
+"""Steps after which all charts are left for fresh ones."""
+
+
+class _Together:
+    """The charted chains of several scenes as one: y holds one stretch a chain."""
+
+    def __init__(self, chains: Sequence[ChartedChain]) -> None:
+        self.chains = chains
+        ends = np.cumsum([0, *(chain.dimension for chain in chains)])
+        self.dimension = int(ends[-1])
+        self.parts = [slice(a, b) for a, b in pairwise(ends)]
+
+    def rates(self, time: float, y: np.ndarray, out: np.ndarray) -> None:
+        for chain, part in zip(self.chains, self.parts, strict=True):
+            chain.rates(time, y[part], out[part])
+
+    def linearise(self, time: float, y: np.ndarray) -> None:
+        for chain, part in zip(self.chains, self.parts, strict=True):
+            chain.linearise(time, y[part])
+
+    def factorise(self, gamma: float) -> None:
+        for chain in self.chains:
+            chain.factorise(gamma)
+
+    def solve(self, vector: np.ndarray, out: np.ndarray) -> None:
+        for chain, part in zip(self.chains, self.parts, strict=True):
+            chain.solve(vector[part], out[part])
+
+    def product(self, vector: np.ndarray, out: np.ndarray) -> None:
+        for chain, part in zip(self.chains, self.parts, strict=True):
+            chain.product(vector[part], out[part])
+
+
+class PairedRun:
+    """Scenes integrated side by side from the same poses, the first of them the reference.
+
+    Attributes
+    ----------
+    time
+        Time reached.
+    poses
+        Poses of every member at that time, or at its stop.
+    stops
+        Why and when a member ended before the others, by its number.
+    evaluations
+        Right-hand sides each member has taken so far.
+    """
+
+    def __init__(self, scenes: Sequence[Scene], poses: Poses, tolerance: float) -> None:
+        self.scenes, self.tolerance = list(scenes), tolerance
+        self.time = 0.0
+        self.poses = [(poses[0].copy(), poses[1].copy()) for _ in scenes]
+        self.stops: dict[int, Stop] = {}
+        self.members = list(range(len(self.scenes)))
+        self._chains = [ChartedChain(Model(scene)) for scene in self.scenes]
+        self._guards = [Guard(scene, poses[0]) for scene in self.scenes]
+        self.steps = 0
+
+    @property
+    def evaluations(self) -> list[int]:
+        return [chain.evaluations for chain in self._chains]
+
+    def drop(self, members: Iterable[int]) -> None:
+        """Go on without these."""
+        gone = set(members)
+        self.members = [m for m in self.members if m not in gone]
+
+    def go(self, times: Iterable[float]) -> Iterator[float]:
+        """Integrate to each of the times, which begin after 0, and yield it when it is reached.
+
+        Ends early when the reference stops. What the consumer drops is no longer integrated.
+        """
+        with np.errstate(all="ignore"):
+            if self._chains[0].dimension == 0:
+                yield from map(float, times)
+            else:
+                yield from self._integrate([float(time) for time in times])
+
+    def _integrate(self, times: list[float]) -> Iterator[float]:
+        due, together = 0, list(self.members)
+        self._start(times[-1])
+        while due < len(times) and 0 in self.members:
+            try:
+                reached = self._integrator.step()
+                if reached == self.time:
+                    raise IntegrationError("steps have become too small to advance the time")
+            except (IntegrationError, ArithmeticError, np.linalg.LinAlgError) as error:
+                if not self._lose_one(error):
+                    return
+                together = list(self.members)
+                self._start(times[-1])
+                continue
+            self.steps += 1
+            self._fresh += 1
+            end = min(reached, times[-1])
+            self._watch(end)
+            while due < len(times) and times[due] <= end and 0 in self.members:
+                self._move(times[due])
+                yield times[due]
+                due += 1
+            if due == len(times) or 0 not in self.members:
+                return
+            self._move(end)
+            y = self._integrator.at(reached)
+            turned = max(
+                chain.largest_turn(y[part])
+                for chain, part in zip(self._together.chains, self._together.parts, strict=True)
+            )
+            if together != self.members or not turned <= TURN_LIMIT or self._fresh >= FRESH_STEPS:
+                together = list(self.members)
+                self._start(times[-1])
+
+    def _start(self, end: float) -> None:
+        """Fresh charts about the poses of the members there are, and no history."""
+        chains = [self._chains[m] for m in self.members]
+        for member, chain in zip(self.members, chains, strict=True):
+            chain.rebase(self.time, *self.poses[member])
+        self._together, self._numbers = _Together(chains), list(self.members)
+        pose = np.concatenate(
+            [
+                np.tile(np.repeat([self.scenes[m].chain.radius, 1.0], 3), chain.dimension // 6)
+                for m, chain in zip(self.members, chains, strict=True)
+            ]
+        )
+        self._integrator = Cvode(
+            self._together,  # type: ignore[arg-type]
+            end,
+            self.tolerance,
+            self.tolerance * pose,
+        )
+        self._integrator.start(self.time, np.zeros(self._together.dimension))
+        self._fresh = 0
+
+    def _poses_of(self, member: int, time: float) -> Poses:
+        """Poses of one member within the last step, in arrays of their own."""
+        place = self._numbers.index(member)
+        y = self._integrator.at(time)[self._together.parts[place]]
+        positions, frames = self._together.chains[place].poses(time, y)
+        return positions.copy(), frames.copy()
+
+    def _move(self, time: float) -> None:
+        y = self._integrator.at(time)
+        for member, chain, part in zip(
+            self._numbers, self._together.chains, self._together.parts, strict=True
+        ):
+            if member in self.members:
+                positions, frames = chain.poses(time, y[part])
+                self.poses[member] = positions.copy(), frames.copy()
+        self.time = time
+
+    def _watch(self, end: float) -> None:
+        """Take out whoever meets an event on the way from ``time`` to ``end``."""
+        for member in list(self.members):
+            stop = self._guards[member].watch(
+                self.time,
+                self.poses[member][0],
+                end,
+                self._poses_of(member, end),
+                partial(self._poses_of, member),
+            )
+            if stop is not None:
+                self.stops[member] = stop
+                if stop.cause is not Cause.NOT_FINITE:
+                    self.poses[member] = self._poses_of(member, stop.time)
+                self.drop([member])
+
+    def _lose_one(self, error: Exception) -> bool:
+        """A step has failed: take out whoever moves fastest beside the reference, if anyone."""
+        others = [m for m in self.members if m != 0]
+        cause = getattr(error, "cause", Cause.NOT_FINITE)
+        if not others:
+            self.stops[0] = Stop(cause, self.time, str(error))
+            self.drop([0])
+            return False
+        speeds = []
+        for member in others:
+            twists = self._chains[member].model.twists(*self.poses[member])
+            speeds.append(np.abs(twists).max())
+        worst = others[int(np.argmax(np.nan_to_num(speeds, nan=np.inf)))]
+        self.stops[worst] = Stop(cause, self.time, str(error))
+        self.drop([worst])
+        return True
+
+
+def apart(poses: Poses, others: Poses, radius: float) -> tuple[float, float]:
+    """max |r − r′|/a and max ∠(frame, frame′) over the spheres, in radii and radians."""
+    distance = np.linalg.norm(poses[0] - others[0], axis=-1).max() / radius
+    between = np.einsum("nak,nam->nkm", poses[1], others[1])
+    sine = np.sqrt(
+        sum(
+            (between[:, (k + 2) % 3, (k + 1) % 3] - between[:, (k + 1) % 3, (k + 2) % 3]) ** 2
+            for k in range(3)
+        )
+    )
+    cosine = np.trace(between, axis1=-2, axis2=-1) - 1.0
+    return float(distance), float(np.arctan2(sine, cosine).max())

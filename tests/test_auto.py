@@ -1,0 +1,92 @@
+"""effects = "auto" keeps its tolerance, says what it left out, and stops when that grows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import nrchain
+from nrchain.auto import choose, full_scene, ladder
+from nrchain.choice import Choice, Watch
+from nrchain.errors import SceneError
+from nrchain.nominal_cost import Fluid, evaluation_cost
+from nrchain.outcome import Cause, Stop
+from nrchain.scene import Scene
+from nrchain.timing import distance
+
+QUIET = {"run.end": 40.0, "run.snapshots": 81, "effects": "auto", "tolerance": 0.02}
+
+
+@pytest.fixture(scope="module")
+def quiet():
+    """A passive clamped chain that straightens: friction between its spheres hardly matters."""
+    return nrchain.load_scene("passive", **QUIET)
+
+
+def test_the_keys_survive_a_file_and_are_checked(quiet):
+    assert Scene.from_toml(quiet.to_toml()) == quiet
+    with pytest.raises(SceneError, match="tolerance"):
+        nrchain.load_scene(quiet, tolerance=None)
+    with pytest.raises(SceneError, match="effects"):
+        nrchain.load_scene(quiet, effects="named")
+    for taken in ({"slip.neighbours": 2}, {"slip.finite_size": True}, {"friction": "pairwise"}):
+        with pytest.raises(SceneError, match="chosen by effects"):
+            nrchain.load_scene(quiet, **taken)
+
+
+def test_auto_keeps_its_tolerance_and_says_what_it_leaves_out(quiet, tmp_path):
+    trajectory = nrchain.simulate(quiet, output=tmp_path / "auto.h5")
+    choice = trajectory.choice
+    assert choice.left_out == ("friction between spheres",)
+    assert trajectory.scene.friction.kind == "one-body"
+    assert trajectory.scene.effects == "named"
+    full = nrchain.simulate(full_scene(quiet))
+    found = max(distance(trajectory, full))
+    assert found <= quiet.tolerance
+    assert choice.bound == pytest.approx(found, rel=0.2)
+    assert nrchain.Trajectory.open(tmp_path / "auto.h5").choice == choice
+
+
+def test_a_tolerance_too_small_for_less_gives_the_full_model(quiet):
+    scene, choice = choose(nrchain.load_scene(quiet, tolerance=1e-4))
+    assert scene == full_scene(quiet)
+    assert choice.left_out == ()
+    assert "full model" in choice.lines()[0]
+
+
+def test_a_set_tried_costs_clearly_less_than_any_fuller_one():
+    full = full_scene(nrchain.load_scene("buckling", **{"chain.particles": 300}))
+    sets = ladder(full)
+    costs = [evaluation_cost(full, one) for one in sets]
+    assert len(sets) > 3
+    assert costs == sorted(costs)
+    assert all(
+        a >= 1.3 * b
+        for one, a in zip(sets, costs, strict=True)
+        for other, b in zip(sets, costs, strict=True)
+        if one != other and one.holds(other)
+    )
+    assert all(Fluid.of(one.applied(full)) == one for one in sets)
+
+
+def test_a_run_stops_when_what_is_left_out_grows(quiet):
+    scene, choice = choose(quiet)
+    small = replace(choice, tolerance=1e-9, velocities=tuple(np.zeros(len(choice.times))))
+    stopped = nrchain.simulate(scene, choice=small)
+    assert stopped.cause is Cause.NEGLECTED
+    assert stopped.status == "stopped"
+    assert "left out" in stopped.reason
+
+
+def test_nothing_left_out_is_not_watched(quiet):
+    told = Choice(0.1, (), 0.0, 0.0, (), (), "no reason")
+    Watch(quiet, told).check(0.0, (np.zeros((20, 3)), np.zeros((20, 3, 3))))
+    assert Choice.from_json(told.to_json()) == told
+
+
+def test_a_choice_is_watched_from_its_own_poses(quiet):
+    scene, choice = choose(quiet)
+    poses = nrchain.simulate(scene).positions[-1], nrchain.simulate(scene).frames[-1]
+    bent = poses[0] + np.sin(np.arange(20))[:, None] * [0.0, 2.0, 0.0]
+    with pytest.raises(Stop):
+        Watch(scene, choice).check(scene.run.end, (bent, poses[1]))
