@@ -14,7 +14,7 @@ from nrchain.outcome import Cause, Stop
 from nrchain.scene import Scene
 from nrchain.timing import distance
 
-QUIET = {"run.end": 40.0, "run.snapshots": 81, "effects": "auto", "tolerance": 0.02}
+QUIET = {"run.end": 4.0, "run.snapshots": 81, "effects": "auto", "tolerance": 0.02}
 
 
 @pytest.fixture(scope="module")
