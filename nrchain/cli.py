@@ -22,8 +22,10 @@ from nrchain import __version__
 from nrchain.errors import NrchainError
 
 if TYPE_CHECKING:
+    from nrchain.choice import Choice
     from nrchain.cost import WorkPrecision
     from nrchain.run import Progress
+    from nrchain.scene import Scene
     from nrchain.trajectory import Trajectory
 
 REFUSED, STOPPED, INTERRUPTED = 2, 3, 130
@@ -122,11 +124,16 @@ def run(
     what = load_scene(scene, **dict(parse_assignment(change) for change in changes or ()))
     for text in warnings(what):
         _complain(f"warning: {text}")
+    what, choice = _chosen(what)
     directory = output or Path("runs") / Path(scene).stem
     directory.mkdir(parents=True, exist_ok=True)
     with _progress_bar(directory) as report:
         trajectory = simulate(
-            what, output=directory / FILE_NAME, overwrite=overwrite, progress=report
+            what,
+            output=directory / FILE_NAME,
+            overwrite=overwrite,
+            progress=report,
+            choice=choice,
         )
     _finish(trajectory)
 
@@ -144,15 +151,25 @@ def plan(
         ),
     ] = None,
 ) -> None:
-    """Say what a scene's numbers foretell, and run nothing."""
+    """Say what a scene's numbers foretell, and what each effect contributes and costs."""
     from nrchain.plan import plan as foretell
+    from nrchain.plan_effects import COLUMNS, plan_effects
     from nrchain.scene import load_scene, parse_assignment
 
-    found = foretell(load_scene(scene, **dict(parse_assignment(c) for c in changes or ())))
+    what, _ = _chosen(load_scene(scene, **dict(parse_assignment(c) for c in changes or ())))
+    found = foretell(what)
     table = _table("quantity", "value", "meaning")
     for line in found.lines:
         table.add_row(line.quantity, line.value, line.meaning)
-    _console().print(table)
+    console = _console()
+    console.print(table)
+    effects = plan_effects(what)
+    table = _table(*COLUMNS)
+    for row in effects.rows():
+        table.add_row(*row)
+    console.print(table)
+    for text in effects.notes():
+        console.print(text, soft_wrap=True)
     for text in found.warnings:
         _complain(f"warning: {text}")
 
@@ -248,6 +265,18 @@ def cost(
         console.print(f"  nrchain run {scene} {own}{advice.arguments}", soft_wrap=True)
         for line in advice.lines():
             console.print(f"  {line}", soft_wrap=True)
+
+
+def _chosen(scene: Scene) -> tuple[Scene, Choice | None]:
+    """The scene with its effects chosen, if it leaves that to us; what they leave out is said."""
+    if scene.effects != "auto":
+        return scene, None
+    from nrchain.auto import choose
+
+    scene, choice = choose(scene)
+    for text in choice.lines():
+        _console().print(text, soft_wrap=True)
+    return scene, choice
 
 
 @contextmanager

@@ -93,13 +93,15 @@ class Estimate:
 class Estimates:
     """All estimates of a scene, the wave whose growth is told, and what they took.
 
-    ``evaluations`` are right-hand sides of all members of the probe together.
+    ``evaluations`` are right-hand sides of all members of the probe together, ``own_evaluations``
+    those of the scene itself, up to the time ``probed``.
     """
 
     scene: Scene
     wave: float | None
     estimates: list[Estimate]
     evaluations: int
+    own_evaluations: int
     probed: float
 
 
@@ -130,7 +132,9 @@ def estimate_effects(
     probe = _probe(scene, changes, begin, budget, scene.run.end if end is None else end)
     wave = fastest_wave(scene)
     found = [_estimate(scene, change, n + 1, probe, wave) for n, change in enumerate(changes)]
-    return Estimates(scene, wave, found, probe.evaluations, float(probe.times[-1]))
+    return Estimates(
+        scene, wave, found, sum(probe.evaluations), probe.evaluations[0], float(probe.times[-1])
+    )
 
 
 def fastest_wave(scene: Scene) -> float | None:
@@ -162,7 +166,7 @@ class _Probe:
     velocities: np.ndarray
     stops: dict[int, str]
     complete: bool
-    evaluations: int
+    evaluations: list[int]
 
 
 def _probe(scene: Scene, changes: list[Change], begin: Poses, budget: float, end: float) -> _Probe:
@@ -191,7 +195,7 @@ def _probe(scene: Scene, changes: list[Change], begin: Poses, budget: float, end
         table[..., 2],
         {member: f"{stop.cause} at t = {stop.time:.3g}" for member, stop in run.stops.items()},
         bool(reached[-1] >= end or 0 in run.stops),
-        sum(run.evaluations),
+        run.evaluations,
     )
 
 
@@ -229,7 +233,7 @@ def _estimate(
         change,
         float(probe.velocities[0, member]),
         float(np.nanmax(probe.velocities[:, member])),
-        _growth(scene, change, wave),
+        growth_of(scene, change, wave),
         distance,
         turn,
         until,
@@ -242,8 +246,8 @@ def _described(change: Change) -> str:
     return "without it the run" if change.kind == "drop" else "with it the run"
 
 
-def _growth(scene: Scene, change: Change, wave: float | None) -> float | None:
-    """The effect's own part of the growth rate: with it, less without it."""
+def growth_of(scene: Scene, change: Change, wave: float | None) -> float | None:
+    """The effect's own part of the growth rate at q = ``wave``: with it, less without it."""
     if wave is None:
         return None
     waves = np.array([wave])

@@ -43,10 +43,10 @@ class Stub:
         self.reason = ""
         self.reached = None
 
-    def simulate(self, scene, *, output, overwrite=False, progress=None):
+    def simulate(self, scene, *, output, overwrite=False, progress=None, choice=None):
         self.scene = scene
         times = np.linspace(0.0, scene.run.end, scene.run.snapshots)
-        with TrajectoryWriter(output, scene, times, overwrite=overwrite) as writer:
+        with TrajectoryWriter(output, scene, times, overwrite=overwrite, choice=choice) as writer:
             self.fill(writer, range(self.reached or len(times)), progress)
         return Trajectory.open(output)
 
@@ -189,16 +189,27 @@ def test_a_missing_run_is_refused(tmp_path, command):
     assert_refused(call(command, tmp_path), tmp_path, "no such trajectory")
 
 
-def test_plan_runs_nothing_and_warns(tmp_path, stub, monkeypatch):
+def test_plan_writes_nothing_and_warns(tmp_path, stub, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = call("plan", "buckling", "--set", "chain.particles=64")
     assert result.exit_code == 0, result.stderr
-    for part in ("closest approach", "stretch", "growth", "reach"):
+    for part in ("closest approach", "stretch", "growth", "reach", "slip 2s", "end state"):
         assert part in result.stdout
     assert "warning: out of the beam limit" in result.stderr
     assert stub.scene is None
     assert not any(tmp_path.iterdir())
     assert_refused(call("plan", "bucklin"), "did you mean 'buckling'")
+
+
+def test_effects_chosen_for_a_tolerance_are_told(tmp_path, stub):
+    changes = ["--set", "effects=auto", "--set", "tolerance=0.01", "--set", "run.end=4"]
+    result = call("run", "passive", "-o", tmp_path, *changes)
+    assert result.exit_code == 0, result.stderr
+    assert "left out friction between spheres" in result.stdout
+    assert "0.01 allowed" in result.stdout
+    assert stub.scene.effects == "named"
+    assert Trajectory.open(tmp_path).choice.left_out == ("friction between spheres",)
+    assert_refused(call("plan", "passive", "--set", "effects=auto"), "tolerance")
 
 
 def test_scenes_lists_every_scene():

@@ -1,0 +1,150 @@
+"""What each effect of a scene does to its run and what it takes of its time, as a table.
+
+Contributions are those of :mod:`nrchain.estimate`. Costs are measured: the right-hand side of the
+scene, with and without the effect, with the products and solves that come with it.
+"""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from nrchain.charts import ChartedChain
+from nrchain.estimate import PROBE_TOLERANCE, Estimate, Estimates, estimate_effects
+from nrchain.model import Model
+from nrchain.nominal_cost import LOOP
+from nrchain.scene import Scene
+from nrchain.start import starting_poses
+
+ORDER = 0.175
+"""Evaluations of a run grow as its tolerance to minus this power: measured on the shipped scenes.
+"""
+
+REPEATS, LEAST = 8, 4e-3
+"""Each right-hand side is timed so often, for at least so many seconds; the fastest counts."""
+
+COLUMNS = ("effect", "", "velocity", "growth", "end state", "turned", "time", "how")
+"""What :meth:`EffectPlan.rows` has in its columns."""
+
+
+@dataclass(frozen=True)
+class EffectPlan:
+    """The estimates of a scene and the measured costs that go with them.
+
+    Attributes
+    ----------
+    estimates
+        Contributions, and the probe they come from.
+    own, others
+        Measured seconds of one right-hand side, with what comes with it: of the scene, and of every
+        changed scene in the order of the estimates.
+    seconds
+        What the run of the scene will take, about.
+    probe
+        What the probe took.
+    """
+
+    estimates: Estimates
+    own: float
+    others: list[float]
+    seconds: float
+    probe: float
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """One row an effect, in the columns of :data:`COLUMNS`."""
+        return [
+            _row(one, self.own, other)
+            for one, other in zip(self.estimates.estimates, self.others, strict=True)
+        ]
+
+    def notes(self) -> list[str]:
+        """What the columns mean, and what the numbers rest on."""
+        wave = self.estimates.wave
+        growth = (
+            "growth: no plane waves to tell it by"
+            if wave is None
+            else f"growth: part of the rate at which bending of q = {wave:.3g} grows"
+        )
+        return [
+            "velocity: largest change of a velocity or spin, in radii or radians per unit time, at "
+            "the start and at most on the way",
+            growth,
+            "end state: how far a sphere ends, in radii, from where it would with the change; "
+            "turned: its frame, in radians",
+            "time: part of a right-hand side that the effect takes, or would add",
+            f"the probe, at tolerance {PROBE_TOLERANCE:g} to t = {self.estimates.probed:.4g}, took "
+            f"{self.probe:.2g} s; the run will take about {self.seconds:.2g} s",
+        ]
+
+
+def plan_effects(scene: Scene, estimates: Estimates | None = None) -> EffectPlan:
+    """Estimate what every effect of a scene contributes, and measure what it costs.
+
+    Errors as for :func:`nrchain.estimate.estimate_effects`.
+    """
+    began = clock.perf_counter()
+    found = estimates or estimate_effects(scene)
+    probe = clock.perf_counter() - began
+    own, *others = evaluation_times([scene, *(one.change.scene for one in found.estimates)])
+    tighter = (min(scene.run.rtol, scene.run.atol) / PROBE_TOLERANCE) ** -ORDER
+    part = scene.run.end / max(found.probed, 1e-300)
+    seconds = found.own_evaluations * tighter * part * (own + LOOP)
+    return EffectPlan(found, own, others, seconds, probe)
+
+
+def evaluation_times(scenes: Sequence[Scene]) -> list[float]:
+    """Seconds of a right-hand side of each scene at its start, with its products and solves.
+
+    They take turns, so that what else the machine does falls on all alike.
+    """
+    tasks = [_evaluation(scene) for scene in scenes]
+    best = [math.inf] * len(tasks)
+    for _ in range(REPEATS):
+        for n, task in enumerate(tasks):
+            began, count = clock.perf_counter(), 0
+            while (spent := clock.perf_counter() - began) < LEAST / REPEATS or count == 0:
+                task()
+                count += 1
+            best[n] = min(best[n], spent / count)
+    return best
+
+
+def _evaluation(scene: Scene) -> Callable[[], None]:
+    """One right-hand side with two products and two solves, called once so that it is compiled."""
+    chain = ChartedChain(Model(scene))
+    chain.rebase(0.0, *starting_poses(scene))
+    still, out = np.zeros(chain.dimension), np.empty(chain.dimension)
+    vector = np.cos(np.arange(float(chain.dimension)))
+
+    def once() -> None:
+        chain.rates(0.0, still, out)
+        for _ in range(2):
+            chain.product(vector, out)
+            chain.solve(vector, out)
+
+    if chain.dimension == 0:
+        return lambda: None
+    chain.linearise(0.0, still)
+    chain.factorise(1e-6)
+    once()
+    return once
+
+
+def _row(one: Estimate, own: float, other: float) -> tuple[str, ...]:
+    drop = one.change.kind == "drop"
+    growth = "" if one.growth is None else f"{one.growth:+.2e}"
+    share = (own - other) / own if drop and own else (other - own) / own if own else 0.0
+    return (
+        one.change.effect,
+        "simulated" if drop else "left out",
+        f"{one.velocity:.2g} … {one.velocity_along:.2g}",
+        growth,
+        f"{one.displacement:.3g} a",
+        f"{one.turn:.2g}",
+        f"{100.0 * share:+.0f} %",
+        one.stops or one.source,
+    )
