@@ -33,7 +33,7 @@ import numpy as np
 
 from nrchain.choice import Choice, full_scene, velocity_difference
 from nrchain.errors import SceneError
-from nrchain.estimate import PROBE_TOLERANCE, SAMPLES, carry_on
+from nrchain.estimate import carry_on
 from nrchain.guard import Poses
 from nrchain.model import Model
 from nrchain.nominal_cost import Fluid, evaluation_cost
@@ -42,14 +42,20 @@ from nrchain.scene import Scene
 from nrchain.scene_changes import acting_modes
 from nrchain.start import starting_poses
 
-MARGIN = 1.25
+MARGIN = 1.1
 """A set is taken if the probe keeps it within the tolerance by this factor."""
 
-ALIKE = 1.3
+ALIKE = 1.5
 """Of two sets of which one holds the other, the fuller is tried alone if it costs no more."""
 
-PROBE_SHARE = 0.2
-"""Steps of a probe over those of the run, about."""
+PROBE_SHARE = 0.25
+"""Time of a probe over that of the run, about, for each of its members."""
+
+SAMPLES = 17
+"""Times at which sets are compared with the full model, evenly spaced, and as many again early."""
+
+LOOSEST, CLOSE = 3e-3, 0.03
+"""Tolerance of the steps of a probe: this, or less as a part of the distance allowed."""
 
 FIRST = 1e-3
 """Part of the run after which sets are first compared with the full model."""
@@ -70,9 +76,8 @@ def choose(
     begin = starting_poses(scene, *(poses or (None, None)))
     full = full_scene(scene)
     sets = ladder(full)
-    costs = [evaluation_cost(full, one) for one in sets]
     if not sets or evaluation_cost(full) * (1.0 - PROBE_SHARE) < (
-        min(costs) + PROBE_SHARE * sum(costs)
+        evaluation_cost(full, sets[0]) * (1.0 + PROBE_SHARE)
     ):
         reason = "it costs no more than to find out what could be left out"
         return full, Choice(scene.tolerance, (), 0.0, 0.0, (), (), reason)
@@ -90,19 +95,23 @@ def ladder(full: Scene) -> list[Fluid]:
 
 
 def _subsets(full: Scene) -> Iterator[Fluid]:
-    """Every set with less than the full model; without slip, reach and size are left alone."""
+    """Sets with less than the full model; without slip, reach and size are left alone.
+
+    Friction that is cut goes with slip of the same reach, or of all pairs.
+    """
     whole, reaches = Fluid.of(full), [math.inf]
     places = 1
     while places < full.chain.particles - (full.chain.ends != "periodic"):
         reaches.append(places)
         places *= 2
-    slips = [(whole.reach, whole.finite_size)]
-    if acting_modes(full):
-        slips = [(r, size) for r in reaches for size in {whole.finite_size, False}]
+    sizes = sorted({whole.finite_size, False})
     for friction in (*reaches, 0.0):
-        for reach, size in slips:
-            if (one := Fluid(friction, reach, size)) != whole:
-                yield one
+        cut = 0.0 < friction < math.inf
+        slips = {friction, math.inf} if cut else set(reaches)
+        for reach in sorted(slips if acting_modes(full) else {whole.reach}):
+            for size in sizes:
+                if (one := Fluid(friction, reach, size)) != whole:
+                    yield one
 
 
 def _tried(
@@ -115,7 +124,7 @@ def _tried(
     end = full.run.end
     even, early = np.linspace(0.0, end, SAMPLES)[1:], np.geomspace(FIRST * end, end, SAMPLES)[:-1]
     times = np.union1d(even, early)
-    run = PairedRun(members, begin, min(PROBE_TOLERANCE, 0.1 * tolerance))
+    run = PairedRun(members, begin, min(LOOSEST, CLOSE * tolerance))
     distances: list[list[float]] = [[0.0] for _ in members]
     velocities = [[_neglected(models, m, begin, full)] for m in range(len(members))]
     reached = [0.0]

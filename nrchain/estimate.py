@@ -32,8 +32,8 @@ from nrchain.scene import Scene
 from nrchain.scene_changes import Change, changes_of
 from nrchain.start import starting_poses
 
-PROBE_TOLERANCE = 1e-3
-"""Of the steps of a probe: a few per cent of a difference, see the study ``effects``."""
+PROBE_TOLERANCE = 1e-4
+"""Of the steps of a probe: it tells differences of some 1e-5 radii, see the study ``effects``."""
 
 PROBE_BUDGET = 2.0
 """Nominal seconds that the probes of a plan may take together."""

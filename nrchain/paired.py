@@ -117,16 +117,17 @@ class PairedRun:
                 continue
             self.steps += 1
             self._fresh += 1
+            y = self._integrator.at(reached)
             end = min(reached, times[-1])
-            self._watch(end)
+            ended = self._poses_at(end, y if end == reached else None)
+            self._watch(end, ended)
             while due < len(times) and times[due] <= end and 0 in self.members:
-                self._move(times[due])
+                self._move(times[due], self._poses_at(times[due]))
                 yield times[due]
                 due += 1
             if due == len(times) or 0 not in self.members:
                 return
-            self._move(end)
-            y = self._integrator.at(reached)
+            self._move(end, ended)
             turned = max(
                 chain.largest_turn(y[part])
                 for chain, part in zip(self._together.chains, self._together.parts, strict=True)
@@ -156,33 +157,31 @@ class PairedRun:
         self._integrator.start(self.time, np.zeros(self._together.dimension))
         self._fresh = 0
 
-    def _poses_of(self, member: int, time: float) -> Poses:
-        """Poses of one member within the last step, in arrays of their own."""
-        place = self._numbers.index(member)
-        y = self._integrator.at(time)[self._together.parts[place]]
-        positions, frames = self._together.chains[place].poses(time, y)
-        return positions.copy(), frames.copy()
-
-    def _move(self, time: float) -> None:
-        y = self._integrator.at(time)
+    def _poses_at(self, time: float, y: np.ndarray | None = None) -> dict[int, Poses]:
+        """Poses of all members within the last step, in arrays of their own."""
+        y = self._integrator.at(time) if y is None else y
+        found = {}
         for member, chain, part in zip(
             self._numbers, self._together.chains, self._together.parts, strict=True
         ):
-            if member in self.members:
-                positions, frames = chain.poses(time, y[part])
-                self.poses[member] = positions.copy(), frames.copy()
+            positions, frames = chain.poses(time, y[part])
+            found[member] = positions.copy(), frames.copy()
+        return found
+
+    def _poses_of(self, member: int, time: float) -> Poses:
+        return self._poses_at(time)[member]
+
+    def _move(self, time: float, poses: dict[int, Poses]) -> None:
+        for member in self.members:
+            self.poses[member] = poses[member]
         self.time = time
 
-    def _watch(self, end: float) -> None:
+    def _watch(self, end: float, ended: dict[int, Poses]) -> None:
         """Take out whoever meets an event on the way from ``time`` to ``end``."""
         for member in list(self.members):
-            stop = self._guards[member].watch(
-                self.time,
-                self.poses[member][0],
-                end,
-                self._poses_of(member, end),
-                partial(self._poses_of, member),
-            )
+            poses_at = partial(self._poses_of, member)
+            before, after = self.poses[member][0], ended[member]
+            stop = self._guards[member].watch(self.time, before, end, after, poses_at)
             if stop is not None:
                 self.stops[member] = stop
                 if stop.cause is not Cause.NOT_FINITE:

@@ -21,8 +21,7 @@ from nrchain.scene import Scene
 from nrchain.start import starting_poses
 
 ORDER = 0.175
-"""Evaluations of a run grow as its tolerance to minus this power: measured on the shipped scenes.
-"""
+"""Evaluations of a run grow as its tolerance to minus this power: that of the shipped scenes."""
 
 REPEATS, LEAST = 8, 4e-3
 """Each right-hand side is timed so often, for at least so many seconds; the fastest counts."""

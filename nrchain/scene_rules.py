@@ -17,6 +17,7 @@ import difflib
 import math
 import sys
 from collections.abc import Callable, Iterable, Mapping
+from functools import cache
 from typing import Annotated, Any, ClassVar, Self, get_args, get_origin, get_type_hints
 
 from nrchain.errors import NOT_GIVEN, SceneError
@@ -124,6 +125,13 @@ def section(kind: type[Section]) -> Rule:
     return read
 
 
+@cache
+def _rules(kind: Any) -> dict[str, Rule]:
+    """The rules in the annotations of a class; reading those takes longer than any rule."""
+    hints = get_type_hints(kind, include_extras=True).items()
+    return {name: h.__metadata__[0] for name, h in hints if get_origin(h) is Annotated}
+
+
 class Section:
     """A frozen dataclass that reads and checks each key by the rule in its annotation.
 
@@ -146,8 +154,7 @@ class Section:
     @classmethod
     def rules(cls) -> dict[str, Rule]:
         """The rule of every field, in the order of the fields."""
-        hints = get_type_hints(cls, include_extras=True).items()
-        return {name: h.__metadata__[0] for name, h in hints if get_origin(h) is Annotated}
+        return dict(_rules(cls))
 
     @classmethod
     def key(cls, name: str) -> str:

@@ -1,0 +1,211 @@
+"""Effects chosen for a tolerance: is it met, and how near is the time to the least there is?"""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from nrchain.auto import choose, full_scene
+from nrchain.choice import Choice
+from nrchain.nominal_cost import Fluid
+from nrchain.run import simulate
+from nrchain.scene import CHOSEN, Scene, load_scene
+from nrchain.scene_changes import acting_modes
+from nrchain.timing import distance
+from nrchain.trajectory import Trajectory
+from validation.effects_scenes import completed, long_scene, random_scene
+from validation.recorder import Recorder
+
+SCENES, LONG_SCENES = 44, 4
+QUICK_SCENES, QUICK_LONG = 4, 1
+TOLERANCES = (0.003, 0.03, 0.3, 3.0)
+REACHES = (1.0, 2.0, 4.0, 8.0, 16.0, math.inf)
+REPEATS = 3
+FACTOR = 2.0
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One scene: what was chosen, its error, and seconds of it, of the choice and of its rival.
+
+    ``rival`` is the least time of all sets that meet the tolerance, ``full`` that of the full
+    model.
+    """
+
+    name: str
+    tolerance: float
+    error: float
+    choice: Choice
+    chosen: Fluid
+    best: Fluid
+    chosen_seconds: float
+    choosing: float
+    rival: float
+    full: float
+
+
+def compare(recorder: Recorder) -> None:
+    """Record errors and times of choices over all scenes and tolerances."""
+    many, long = (QUICK_SCENES, QUICK_LONG) if recorder.quick else (SCENES, LONG_SCENES)
+    scenes = [(f"random {seed}", random_scene(seed), TOLERANCES[seed % 4]) for seed in range(many)]
+    scenes += [(f"long {seed}", long_scene(seed), 0.3) for seed in range(long)]
+    found = []
+    for number, (name, scene, tolerance) in enumerate(scenes):
+        recorder.step(f"auto: scene {number + 1} of {len(scenes)}")
+        found.append(_outcome(name, _left_to_choice(scene, tolerance)))
+    _record(recorder, found)
+
+
+def _left_to_choice(scene: Scene, tolerance: float) -> Scene:
+    """The scene with nothing said of its hydrodynamics, short enough that all models complete."""
+    plain: dict[str, Any] = {f"{part}.{key}": None for part, keys in CHOSEN.items() for key in keys}
+    scene = load_scene(scene, **plain)
+    full = full_scene(scene)
+    scene = load_scene(scene, **{"run.end": completed(full).run.end})
+    return load_scene(scene, effects="auto", tolerance=tolerance)
+
+
+def _outcome(name: str, scene: Scene) -> Outcome:
+    assert scene.tolerance is not None
+    choosing = math.inf
+    for _ in range(REPEATS):
+        began = clock.perf_counter()
+        concrete, choice = choose(scene)
+        choosing = min(choosing, clock.perf_counter() - began)
+    full = full_scene(scene)
+    reference = simulate(full)
+    sets = {fluid: fluid.applied(full) for fluid in _sets(full)}
+    runs = {fluid: _timed(one) for fluid, one in sets.items()}
+    chosen = Fluid.of(concrete)
+    if chosen not in runs:
+        sets[chosen], runs[chosen] = concrete, _timed(concrete)
+    good = [f for f, (run, _) in runs.items() if _error(run, reference) <= scene.tolerance]
+    quickest = sorted(good, key=lambda fluid: runs[fluid][1])[:3]
+    times = _timed_again([*quickest, chosen, Fluid.of(full)], sets)
+    best = min(quickest, key=lambda fluid: times[fluid])
+    return Outcome(
+        name,
+        scene.tolerance,
+        _error(runs[chosen][0], reference),
+        choice,
+        chosen,
+        best,
+        times[chosen],
+        choosing,
+        times[best],
+        times[Fluid.of(full)],
+    )
+
+
+def _sets(full: Scene) -> list[Fluid]:
+    """All combinations that are tried."""
+    whole, count = Fluid.of(full), full.chain.particles
+    reaches = [r for r in REACHES if r < count - 1 or math.isinf(r)]
+    slips = [(whole.reach, whole.finite_size)]
+    if acting_modes(full):
+        sizes = sorted({whole.finite_size, False})
+        slips = [(reach, size) for reach in reaches for size in sizes]
+    frictions = [0.0, *(r for r in reaches if r >= 4.0)]
+    return [Fluid(friction, *slip) for friction in frictions for slip in slips]
+
+
+def _timed(scene: Scene) -> tuple[Trajectory, float]:
+    began = clock.perf_counter()
+    run = simulate(scene)
+    return run, clock.perf_counter() - began
+
+
+def _timed_again(fluids: list[Fluid], sets: dict[Fluid, Scene]) -> dict[Fluid, float]:
+    """The least time of each, taken in turns."""
+    least = dict.fromkeys(fluids, math.inf)
+    for _ in range(REPEATS):
+        for fluid in least:
+            least[fluid] = min(least[fluid], _timed(sets[fluid])[1])
+    return least
+
+
+def _error(run: Trajectory, reference: Trajectory) -> float:
+    return max(distance(run, reference))
+
+
+def _record(recorder: Recorder, found: list[Outcome]) -> None:
+    met = [one.error <= one.tolerance for one in found]
+    recorder.check(
+        "scenes in which effects chosen for a tolerance meet it",
+        len(found),
+        sum(met),
+        0.0,
+        relative=False,
+        source="largest distance from the run of the full model over all snapshots",
+    )
+    slower = [one.chosen_seconds / one.rival for one in found]
+    recorder.bound(
+        "run of the chosen effects over the cheapest that meet the tolerance, worst",
+        max(slower),
+        most=FACTOR,
+        source=f"{len(found)} scenes; all combinations tried, least of {REPEATS} times each",
+    )
+    whole = [(one.chosen_seconds + one.choosing) / one.rival for one in found]
+    recorder.bound(
+        "the same with the time of choosing, median",
+        float(np.median(whole)),
+        most=FACTOR,
+        source="a probe beside the full model",
+    )
+    recorder.bound(
+        "the same with the time of choosing, part within a factor of two",
+        float(np.mean(np.array(whole) <= FACTOR)),
+        least=0.5,
+        source="no such claim is made in every case: the full model has to be looked at to be "
+        "left out",
+    )
+    left = [one for one in found if one.choice.left_out]
+    bounds = [one.error / one.choice.bound for one in left]
+    recorder.bound(
+        "error over the bound that was stated, worst",
+        max(bounds, default=math.nan),
+        most=1.25,
+        source=f"{len(left)} scenes in which something is left out",
+    )
+    recorder.table(
+        "Effects chosen for a tolerance",
+        ["Scene", "Tolerance [a]", "Left out", "Bound", "Error", "Run [ms]", "Choice [ms]",
+         "Cheapest [ms]", "Full [ms]", "Run / cheapest", "With choice / cheapest"],
+        [
+            (
+                one.name, one.tolerance, ", ".join(one.choice.left_out) or "nothing",
+                one.choice.bound, one.error, 1e3 * one.chosen_seconds, 1e3 * one.choosing,
+                1e3 * one.rival, 1e3 * one.full, one.chosen_seconds / one.rival,
+                (one.chosen_seconds + one.choosing) / one.rival,
+            )
+            for one in found
+        ],
+        "Scenes left to effects = \"auto\", against the full model and against all combinations "
+        "of reach, finite size and friction; the cheapest is the quickest within the tolerance.",
+    )  # fmt: skip
+    recorder.figure(
+        "auto",
+        _draw(found),
+        "Left: error of the chosen effects over the tolerance. Right: time over the cheapest that "
+        "meets it, of the run alone (dots) and with the choice (circles).",
+    )
+
+
+def _draw(found: list[Outcome]) -> Figure:
+    figure = Figure(figsize=(7.2, 3.2))
+    left, right = figure.subplots(1, 2)
+    number = np.arange(len(found))
+    left.semilogy(number, [max(o.error / o.tolerance, 1e-6) for o in found], ".", color="0.2")
+    left.axhline(1.0, ls=":", color="0.6")
+    left.set(xlabel="scene", ylabel="error / tolerance")
+    right.semilogy(number, [o.chosen_seconds / o.rival for o in found], ".", color="0.2")
+    whole = [(o.chosen_seconds + o.choosing) / o.rival for o in found]
+    right.semilogy(number, whole, "o", mfc="none", color="0.6")
+    right.axhline(FACTOR, ls=":", color="0.6")
+    right.set(xlabel="scene", ylabel="time / cheapest")
+    return figure

@@ -1,0 +1,299 @@
+"""What a plan says of each effect before a run, against the runs with it and without it."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from nrchain.choice import velocity_difference
+from nrchain.errors import SceneError
+from nrchain.estimate import (
+    PROBE_TOLERANCE,
+    SAMPLES,
+    Estimate,
+    Estimates,
+    estimate_effects,
+    growth_of,
+)
+from nrchain.model import Model
+from nrchain.paired import apart
+from nrchain.run import simulate
+from nrchain.scene import Scene, load_scene
+from nrchain.scene_changes import Change
+from nrchain.trajectory import Trajectory
+from validation.effects_scenes import completed, random_scene
+from validation.long_range_runs import rate_of
+from validation.recorder import Recorder
+
+SCENES, QUICK_SCENES = 48, 5
+TIGHT, TIGHTER = 1e-8, 1e-10
+NOISE = 10.0
+"""Differences below this many times the integrator's own error say nothing."""
+
+FINE = 32 * 33 + 1
+"""Snapshots of the run whose velocities are compared: at all times that a probe is looked at."""
+
+FACTOR = 2.0
+PART = 0.25
+"""Part of the run that the short probes see."""
+
+QUANTITIES = ("displacement", "turn", "velocity")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One effect of one scene: each quantity as estimated, measured, and its noise."""
+
+    seed: int
+    estimate: Estimate
+    measured: dict[str, float]
+    estimated: dict[str, float]
+    noise: dict[str, float]
+    stop_foreseen: bool | None
+
+    def ratio(self, quantity: str) -> float | None:
+        """Estimated over measured; None where the latter is not above the noise."""
+        measured = self.measured[quantity]
+        if not measured > self.noise[quantity]:
+            return None
+        return self.estimated[quantity] / measured
+
+
+def compare(recorder: Recorder) -> None:
+    """Record estimates from whole probes, and from short ones, against the runs."""
+    cases: list[Case] = []
+    short: list[Case] = []
+    planned = ran = 0.0
+    count = QUICK_SCENES if recorder.quick else SCENES
+    for seed in range(count):
+        recorder.step(f"estimates: scene {seed + 1} of {count}")
+        scene = completed(random_scene(seed))
+        began = clock.perf_counter()
+        told = estimate_effects(scene)
+        planned += clock.perf_counter() - began
+        began = clock.perf_counter()
+        simulate(scene)
+        ran += clock.perf_counter() - began
+        found = _measure(seed, scene, told)
+        cases += found
+        early = estimate_effects(scene, end=PART * scene.run.end)
+        short += _held_against(found, early)
+    _record(recorder, count, cases, planned / ran)
+    _record_short(recorder, short)
+
+
+def _measure(seed: int, scene: Scene, told: Estimates) -> list[Case]:
+    """Run the scene with and without each effect, to the time each estimate is for."""
+    ends: dict[float, tuple[Trajectory, float, float]] = {}
+    whole = _run(scene, told.probed, TIGHT, FINE)
+    cases = []
+    for one in told.estimates:
+        if one.until not in ends:
+            run, tighter = (_run(scene, one.until, t) for t in (TIGHT, TIGHTER))
+            ends[one.until] = (run, *_apart(run, tighter))
+        run, blur, twist = ends[one.until]
+        other = _run(one.change.scene, one.until, TIGHT)
+        displacement, turn = _apart(run, other)
+        velocity = _largest_velocity(scene, one.change, whole)
+        cases.append(
+            Case(
+                seed,
+                one,
+                {"displacement": displacement, "turn": turn, "velocity": velocity},
+                {
+                    "displacement": one.displacement,
+                    "turn": one.turn,
+                    "velocity": one.velocity_along,
+                },
+                {
+                    "displacement": NOISE * max(blur, TIGHT),
+                    "turn": NOISE * max(twist, TIGHT),
+                    "velocity": NOISE * TIGHT,
+                },
+                _foreseen(scene, one, other),
+            )
+        )
+    return cases
+
+
+def _run(scene: Scene, end: float, tolerance: float, snapshots: int = 2) -> Trajectory:
+    keys = {"run.end": end, "run.rtol": tolerance, "run.atol": tolerance}
+    keys["run.snapshots"] = snapshots
+    return simulate(load_scene(scene, **keys))
+
+
+def _apart(run: Trajectory, other: Trajectory) -> tuple[float, float]:
+    """Distance in radii and angle in radians at the end; NaN if one stopped before."""
+    if run.status != "completed" or other.status != "completed":
+        return math.nan, math.nan
+    end, other_end = ((one.positions[-1], one.frames[-1]) for one in (run, other))
+    return apart(end, other_end, run.scene.chain.radius)
+
+
+def _largest_velocity(scene: Scene, change: Change, run: Trajectory) -> float:
+    models = Model(scene), Model(change.scene)
+    looked_at = sorted({*range(SAMPLES), *range(0, len(run.time), SAMPLES)})
+    poses = ((run.positions[n], run.frames[n]) for n in looked_at)
+    return max(velocity_difference(*models, pose, scene.chain.radius) for pose in poses)
+
+
+def _foreseen(scene: Scene, one: Estimate, other: Trajectory) -> bool:
+    """Whether a stop that was foreseen happens, or a run completes for which none was."""
+    if one.stops:
+        other = simulate(load_scene(one.change.scene, **{"run.end": scene.run.end}))
+    return (other.status != "completed") == bool(one.stops)
+
+
+def _held_against(found: list[Case], early: Estimates) -> list[Case]:
+    """The same measurements beside the estimates of a probe that ended early."""
+    cases = []
+    for case, one in zip(found, early.estimates, strict=True):
+        if one.until != case.estimate.until:
+            continue
+        estimated = {"displacement": one.displacement, "turn": one.turn}
+        cases.append(Case(case.seed, one, case.measured, estimated, case.noise, None))
+    return cases
+
+
+def _record(recorder: Recorder, scenes: int, cases: list[Case], cost: float) -> None:
+    recorder.bound(
+        "scenes whose effects are estimated",
+        scenes,
+        least=QUICK_SCENES if recorder.quick else 40,
+        source="modes, mixes, lengths, ends and starts at random, seeds fixed",
+    )
+    rows = []
+    for quantity in QUANTITIES:
+        ratios = _ratios(cases, quantity)
+        hits = sum(1 / FACTOR <= r <= FACTOR for r in ratios)
+        worst = max((max(r, 1 / r) if r > 0 else math.inf for r in ratios), default=math.nan)
+        rows.append((quantity, len(ratios), hits, worst, float(np.median(np.abs(np.log(ratios))))))
+        recorder.bound(
+            f"{quantity}: largest factor between estimate and run",
+            worst,
+            most=FACTOR,
+            source=f"{len(ratios)} effects above the noise",
+        )
+    foreseen = [case.stop_foreseen for case in cases if case.stop_foreseen is not None]
+    recorder.bound(
+        "effects without which, or with which, it is foreseen whether the run stops",
+        sum(foreseen) / len(foreseen),
+        least=0.95,
+        source=f"{len(foreseen)} effects",
+    )
+    recorder.table(
+        "Estimates of effects",
+        ["Contribution to", "Effects above noise", "Within a factor of 2", "Worst factor",
+         "Median of |ln factor|"],
+        rows,
+        f"Estimates from probes at tolerance {PROBE_TOLERANCE:g} over whole runs, against runs at "
+        f"{TIGHT:g}. All probes of a scene together take {cost:.2g} times its run at the default "
+        "tolerance.",
+    )  # fmt: skip
+    recorder.figure(
+        "estimates",
+        _draw(cases),
+        "Distance at the end, in radii, with and without an effect: as estimated before the run "
+        "and as measured. Lines: a factor of two.",
+    )
+
+
+def _record_short(recorder: Recorder, cases: list[Case]) -> None:
+    """What estimates are worth that had to be carried on from the first part of a run."""
+    ratios = [r for c in cases if (r := c.ratio("displacement")) is not None]
+    hits = sum(1 / FACTOR <= r <= FACTOR for r in ratios)
+    factors = np.exp(np.abs(np.log(np.maximum(ratios, 1e-300))))
+    recorder.table(
+        "Estimates carried on",
+        [
+            "Effects above noise",
+            "Within a factor of 2",
+            "Median factor",
+            "90 % are within",
+            "Worst",
+        ],
+        [(len(ratios), hits, *(float(np.quantile(factors, q)) for q in (0.5, 0.9, 1.0)))],
+        f"Distance at the end as estimated from a probe of the first {PART:g} of the run, carried "
+        "on by its own growth: what a plan says of a scene too costly to probe to its end.",
+    )
+    recorder.bound(
+        "carried on from a quarter of the run: part within a factor of two",
+        hits / len(ratios),
+        least=0.5,
+        source="no claim of a factor of two is made where a probe ends early",
+    )
+
+
+def compare_growth(recorder: Recorder) -> None:
+    """Record the part of an effect in the growth rate of a wave, against simulated waves."""
+    cases = [
+        ({"slip.2s": 100.0}, "slip.2s", None),
+        ({"slip.2s": 100.0}, "slip.neighbours", "all"),
+        ({"slip.2s": 100.0}, "slip.finite_size", True),
+        ({"slip.3a": 3000.0}, "slip.3a", None),
+        ({"slip.3a": 3000.0}, "slip.neighbours", "all"),
+        ({}, "friction.kind", "pairwise"),
+    ]
+    rows = []
+    for keys, key, value in cases[:2] if recorder.quick else cases:
+        for count in (12,) if recorder.quick else (12, 20):
+            recorder.step(f"growth: {key}, N = {count}")
+            (own, _), (other, _) = (
+                rate_of(count, "transverse", changes) for changes in (keys, keys | {key: value})
+            )
+            drop = value is None
+            scene = _periodic(count, keys)
+            changed = load_scene(scene, **{key: value})
+            wave = 2.0 * math.pi / scene.length
+            told = growth_of(scene, Change(key, "drop" if drop else "add", changed), wave)
+            measured = (own - other).real if drop else (other - own).real
+            what = f"{key} {'dropped' if drop else value}, of {next(iter(keys), 'no slip')}"
+            rows.append((what, count, told, measured, told and told / measured))
+    ratios = [float(row[4]) for row in rows if row[4]]
+    recorder.bound(
+        "growth rate: largest factor between lattice and simulated wave",
+        max(max(r, 1 / r) for r in ratios),
+        most=FACTOR,
+        source=f"{len(ratios)} effects of waves on periodic chains",
+    )
+    recorder.table(
+        "Growth of waves",
+        ["Effect", "N", "Lattice", "Simulated", "Ratio"],
+        rows,
+        "Part of an effect in the growth rate of the longest wave of a periodic chain.",
+    )
+
+
+def _periodic(count: int, keys: dict[str, float]) -> Scene:
+    from validation.long_range_runs import PERIODIC
+
+    try:
+        return load_scene(PERIODIC | {"chain.particles": count, "run.end": 1.0} | keys)
+    except SceneError as error:
+        raise ValueError(f"the periodic scene is refused: {error}") from error
+
+
+def _ratios(cases: list[Case], quantity: str) -> list[float]:
+    return [r for case in cases if (r := case.ratio(quantity)) is not None]
+
+
+def _draw(cases: list[Case]) -> Figure:
+    figure = Figure(figsize=(4.2, 4.0))
+    axes = figure.subplots()
+    pairs = np.array(
+        [
+            (case.measured["displacement"], case.estimated["displacement"])
+            for case in cases
+            if case.ratio("displacement") is not None
+        ]
+    )
+    axes.loglog(*pairs.T, "o", ms=2.5, color="0.2")
+    ends = np.array([pairs.min(), pairs.max()])
+    for factor in (0.5, 1.0, 2.0):
+        axes.loglog(ends, factor * ends, "-" if factor == 1.0 else ":", color="0.6", lw=0.8)
+    axes.set(xlabel="measured [a]", ylabel="estimated [a]")
+    return figure
