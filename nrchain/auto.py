@@ -9,9 +9,9 @@ steric repulsion and all else that the scene names are kept as they are.
 The error is that of poses and not of velocities, because poses are what a run is for, and because
 a small error of a velocity that makes the chain unstable is a large one of its poses.
 
-How it is chosen. Sets are the combinations of a reach of slip and of friction, 1, 2, 4, … and all,
-with and without friction between spheres and finite size; each has a counted cost
-(:mod:`nrchain.nominal_cost`), and of sets that cost about as much the fuller is kept. They are
+How it is chosen. Sets are the combinations of a reach of slip, 1, 2, 4, … and all, with and without
+friction between spheres and finite size; each has a counted cost (:mod:`nrchain.nominal_cost`), and
+of sets that cost about as much the fuller is kept, beside the cheapest of all. They are
 integrated together with the full model on shared steps of loose tolerance
 (:mod:`nrchain.paired`); each is given up as soon as it strays from the full model by x over
 :data:`MARGIN`. Of those that reach the end the cheapest is taken. Where the full model costs hardly
@@ -43,7 +43,7 @@ from nrchain.scene_changes import acting_modes
 from nrchain.start import starting_poses
 
 MARGIN = 1.1
-"""A set is taken if the probe keeps it within the tolerance by this factor."""
+"""The bound over the distance that a probe finds; it has to be within the tolerance."""
 
 ALIKE = 1.5
 """Of two sets of which one holds the other, the fuller is tried alone if it costs no more."""
@@ -59,6 +59,10 @@ LOOSEST, CLOSE = 3e-3, 0.03
 
 FIRST = 1e-3
 """Part of the run after which sets are first compared with the full model."""
+
+SETTLED, SURE = 0.1, 0.1
+"""After this part of the run a set this much nearer than allowed is followed alone: those that cost
+more are given up."""
 
 PROBE_BUDGET = 20.0
 """Nominal seconds that a probe may take."""
@@ -85,19 +89,29 @@ def choose(
 
 
 def ladder(full: Scene) -> list[Fluid]:
-    """The sets worth trying, by their cost: each costs clearly less than any fuller one kept."""
-    kept = [Fluid.of(full)]
-    for one in sorted(_subsets(full), reverse=True):
-        cost = ALIKE * evaluation_cost(full, one)
-        if all(cost < evaluation_cost(full, other) for other in kept if other.holds(one)):
-            kept.append(one)
-    return sorted(kept[1:], key=lambda one: evaluation_cost(full, one))
+    """The sets worth trying, by their cost: each costs clearly less than any fuller one kept.
+
+    The cheapest of all is among them unless it costs about as much as the full model: what it
+    leaves out may cancel, and a fuller set is not always nearer.
+    """
+    costs = {one: evaluation_cost(full, one) for one in sorted(_subsets(full), reverse=True)}
+    whole = Fluid.of(full)
+    kept = {whole: evaluation_cost(full)}
+    for one, cost in costs.items():
+        if all(ALIKE * cost < other for fuller, other in kept.items() if fuller.holds(one)):
+            kept[one] = cost
+    cheapest = min(costs, key=costs.__getitem__)
+    if len(kept) > 1:
+        kept[cheapest] = costs[cheapest]
+    del kept[whole]
+    return sorted(kept, key=kept.__getitem__)
 
 
 def _subsets(full: Scene) -> Iterator[Fluid]:
     """Sets with less than the full model; without slip, reach and size are left alone.
 
-    Friction that is cut goes with slip of the same reach, or of all pairs.
+    Friction is that of all spheres or none: cut at a reach it need not be positive definite, and
+    takes its products more steps than it saves.
     """
     whole, reaches = Fluid.of(full), [math.inf]
     places = 1
@@ -105,10 +119,8 @@ def _subsets(full: Scene) -> Iterator[Fluid]:
         reaches.append(places)
         places *= 2
     sizes = sorted({whole.finite_size, False})
-    for friction in (*reaches, 0.0):
-        cut = 0.0 < friction < math.inf
-        slips = {friction, math.inf} if cut else set(reaches)
-        for reach in sorted(slips if acting_modes(full) else {whole.reach}):
+    for friction in (math.inf, 0.0):
+        for reach in reaches if acting_modes(full) else [whole.reach]:
             for size in sizes:
                 if (one := Fluid(friction, reach, size)) != whole:
                     yield one
@@ -119,12 +131,12 @@ def _tried(
 ) -> tuple[Scene, Choice]:
     """Integrate all sets beside the full model, and take the cheapest that stays near it."""
     members = [full, *sets]
-    models = [Model(one) for one in members]
     costs = np.array([evaluation_cost(one) for one in members])
     end = full.run.end
     even, early = np.linspace(0.0, end, SAMPLES)[1:], np.geomspace(FIRST * end, end, SAMPLES)[:-1]
     times = np.union1d(even, early)
     run = PairedRun(members, begin, min(LOOSEST, CLOSE * tolerance))
+    models = run.models
     distances: list[list[float]] = [[0.0] for _ in members]
     velocities = [[_neglected(models, m, begin, full)] for m in range(len(members))]
     reached = [0.0]
@@ -134,6 +146,9 @@ def _tried(
             distances[m].append(max(apart(run.poses[m], run.poses[0], full.chain.radius)))
             velocities[m].append(_neglected(models, m, run.poses[m], full))
         run.drop([m for m in run.members if m and distances[m][-1] * MARGIN > tolerance])
+        if time >= SETTLED * end:
+            near = [m for m in run.members if m and max(distances[m]) < SURE * tolerance]
+            run.drop([m for m in run.members if near and m > near[0]])
         if run.members == [0] or float(costs @ run.evaluations) > budget:
             break
     return _cheapest(tolerance, members, run, reached, distances, velocities)
@@ -158,7 +173,8 @@ def _cheapest(
         if probed < end and 0 not in run.stops:
             followed = np.array(reached), np.array(distances[m])
             bound = max(bound, carry_on(*followed, end, np.inf, np.inf))
-        if bound * MARGIN <= tolerance:
+        bound *= MARGIN
+        if bound <= tolerance:
             left_out = tuple(_left_out(full, members[m]))
             reason = "the cheapest set that a probe beside the full model allows"
             return members[m], Choice(
@@ -175,5 +191,3 @@ def _left_out(full: Scene, chosen: Scene) -> Iterator[str]:
         yield "finite size"
     if chosen.friction.kind == "one-body":
         yield "friction between spheres"
-    elif chosen.friction.neighbours != "all":
-        yield f"friction beyond {chosen.friction.neighbours} neighbours"

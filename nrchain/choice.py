@@ -17,6 +17,9 @@ from nrchain.scene_changes import acting_modes, has_finite_size
 BREACH = 2.0
 """Neglected velocities above this many times those of the probe break the bound."""
 
+CHECKS = 32
+"""How often a run compares what it neglects with what was foreseen, at most."""
+
 WINDOW = 0.1
 """Part of a run within which the velocities of the probe are taken for those of a time."""
 
@@ -32,9 +35,10 @@ class Choice:
     left_out
         In words; empty for the full model.
     bound
-        Largest distance from the full model that the probe found, in radii or radians.
+        Largest distance from the full model that is to be expected, in radii or radians: what the
+        probe found, and a tenth.
     probed
-        The time up to which it was found; beyond it, it is carried on.
+        The time up to which the probe looked; beyond it, the distance is carried on.
     times, velocities
         Largest neglected |Δv|/a or |Δω| of a sphere along the probe, by its times.
     reason
@@ -92,18 +96,23 @@ def full_scene(scene: Scene) -> Scene:
 
 
 class Watch:
-    """Compares, at the snapshots of a run, what its choice neglects with what the probe found."""
+    """Compares, at snapshots of a run, what its choice neglects with what the probe found.
+
+    At :data:`CHECKS` of them at most: each takes a right-hand side of the full model.
+    """
 
     def __init__(self, scene: Scene, choice: Choice | None) -> None:
         self._choice = choice if choice and choice.left_out else None
         if self._choice:
             self._end, self._radius = scene.run.end, scene.chain.radius
             self._models = Model(scene), Model(full_scene(scene))
+            self._next = 0.0
 
     def check(self, time: float, poses: Poses) -> None:
         """Raise :class:`~nrchain.outcome.Stop` if the bound is broken at these poses."""
-        if self._choice is None:
+        if self._choice is None or time < self._next:
             return
+        self._next = time + self._end / CHECKS
         found = velocity_difference(*self._models, poses, self._radius)
         allowed = self._choice.allowed(time, self._end)
         if found > allowed:

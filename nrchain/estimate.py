@@ -129,7 +129,7 @@ def estimate_effects(
     """
     changes = changes_of(scene) if changes is None else changes
     begin = starting_poses(scene, *(poses or (None, None)))
-    probe = _probe(scene, changes, begin, budget, scene.run.end if end is None else end)
+    probe = _probe(scene, changes, begin, budget, end or scene.run.end)
     wave = fastest_wave(scene)
     found = [_estimate(scene, change, n + 1, probe, wave) for n, change in enumerate(changes)]
     return Estimates(
@@ -176,9 +176,9 @@ def _probe(scene: Scene, changes: list[Change], begin: Poses, budget: float, end
     # a short first part, so that a probe its budget ends has samples to be carried on from
     early = times[1] * np.arange(1, SAMPLES) / SAMPLES
     due = np.concatenate([early, times[1:]])
-    models = [Model(one) for one in scenes]
     radius = scene.chain.radius
     run = PairedRun(scenes, begin, PROBE_TOLERANCE)
+    models = run.models
     rows = [_compare(run, models, radius)]
     for _ in run.go(due):
         rows.append(_compare(run, models, radius))
@@ -194,7 +194,7 @@ def _probe(scene: Scene, changes: list[Change], begin: Poses, budget: float, end
         table[..., 1],
         table[..., 2],
         {member: f"{stop.cause} at t = {stop.time:.3g}" for member, stop in run.stops.items()},
-        bool(reached[-1] >= end or 0 in run.stops),
+        bool(reached[-1] >= scene.run.end or 0 in run.stops),
         run.evaluations,
     )
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, Self
 from nrchain.hydrodynamics.images import EXACT, POINTS
 from nrchain.hydrodynamics.pairs import NEAR
 from nrchain.scene import Scene, load_scene
-from nrchain.scene_changes import acting_modes, has_finite_size
+from nrchain.scene_changes import acting_modes
 
 LOOP, SPHERE = 50e-6, 0.7e-6
 """Seconds of the integrator's own, and of one sphere with its links."""
@@ -94,7 +94,7 @@ def evaluation_cost(scene: Scene, fluid: Fluid | None = None) -> float:
         reach = _places(scene, fluid.reach)
         pairs = 2 * reach * count
         each = 1.0 + MODE * (modes - 1)
-        if fluid.finite_size and has_finite_size(scene):
+        if fluid.finite_size:
             each += FINITE_SIZE
         cost += SLIP_PAIR * pairs * each
         if pairwise or reach > NEAR:

@@ -82,6 +82,11 @@ class PairedRun:
         self.steps = 0
 
     @property
+    def models(self) -> list[Model]:
+        """The model of every member."""
+        return [chain.model for chain in self._chains]
+
+    @property
     def evaluations(self) -> list[int]:
         return [chain.evaluations for chain in self._chains]
 

@@ -154,7 +154,8 @@ class Section:
     @classmethod
     def rules(cls) -> dict[str, Rule]:
         """The rule of every field, in the order of the fields."""
-        return dict(_rules(cls))
+        kind: Any = cls
+        return dict(_rules(kind))
 
     @classmethod
     def key(cls, name: str) -> str:

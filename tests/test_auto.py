@@ -64,7 +64,7 @@ def test_a_set_tried_costs_clearly_less_than_any_fuller_one():
         a >= 1.5 * b
         for one, a in zip(sets, costs, strict=True)
         for other, b in zip(sets, costs, strict=True)
-        if one != other and one.holds(other)
+        if one != other and one.holds(other) and other != sets[0]
     )
     assert all(Fluid.of(one.applied(full)) == one for one in sets)
 

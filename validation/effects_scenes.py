@@ -72,7 +72,7 @@ def random_scene(seed: int) -> Scene:
 def long_scene(seed: int) -> Scene:
     """A long chain, whose pairs cost more than its links, over a short time."""
     random = np.random.default_rng([seed, 4044])
-    label = MIXES[seed % 4][0]
+    label = tuple(STRENGTHS)[seed % len(STRENGTHS)]
     size = {"2s": 5.0, "3a": 300.0, "3t": 100.0, "4a": 200.0}[label]
     return load_scene(
         {

@@ -42,6 +42,9 @@ STUDIES: dict[str, Study] = {
         "validation.performance", "Performance: against today's practice, and against N"
     ),
     "cost": Study("validation.cost", "What accuracy costs in time: four work–precision maps"),
+    "effects": Study(
+        "validation.effects", "Effects: what a plan says of each, and what a tolerance leaves out"
+    ),
     "hard_cases": Study(
         "validation.hard_cases", "Hard cases: how each ends, and what completes holds its laws"
     ),
