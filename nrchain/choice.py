@@ -17,7 +17,7 @@ from nrchain.scene_changes import acting_modes, has_finite_size
 BREACH = 2.0
 """Neglected velocities above this many times those of the probe break the bound."""
 
-CHECKS = 32
+CHECKS = 10
 """How often a run compares what it neglects with what was foreseen, at most."""
 
 WINDOW = 0.1
@@ -101,11 +101,11 @@ class Watch:
     At :data:`CHECKS` of them at most: each takes a right-hand side of the full model.
     """
 
-    def __init__(self, scene: Scene, choice: Choice | None) -> None:
+    def __init__(self, scene: Scene, choice: Choice | None, model: Model) -> None:
         self._choice = choice if choice and choice.left_out else None
         if self._choice:
             self._end, self._radius = scene.run.end, scene.chain.radius
-            self._models = Model(scene), Model(full_scene(scene))
+            self._models = model, Model(full_scene(scene))
             self._next = 0.0
 
     def check(self, time: float, poses: Poses) -> None:

@@ -32,7 +32,7 @@ from nrchain.scene import Scene
 from nrchain.scene_changes import Change, changes_of
 from nrchain.start import starting_poses
 
-PROBE_TOLERANCE = 1e-4
+PROBE_TOLERANCE = 3e-5
 """Of the steps of a probe: it tells differences of some 1e-5 radii, see the study ``effects``."""
 
 PROBE_BUDGET = 2.0

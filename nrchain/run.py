@@ -67,11 +67,11 @@ class _Run:
         repeated: float = 0,
         choice: Choice | None = None,
     ) -> None:
-        self.neglected = Watch(scene, choice)
         self.scene, self.recorder, self.progress = scene, recorder, progress
         self.interruption = interruption
         self.times = snapshot_times(scene)
         self.chain = ChartedChain(Model(scene))
+        self.neglected = Watch(scene, choice, self.chain.model)
         self.integrator = make_integrator(scene, self.chain)
         self.began = self.spending = clock.perf_counter()
         self.repeated = repeated

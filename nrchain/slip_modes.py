@@ -21,6 +21,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 
 from nrchain.errors import SceneError
 from nrchain.scene_rules import did_you_mean
@@ -112,18 +113,27 @@ class SlipMode:
         The first factor is Faxén's for the sphere that feels the flow, the second that of the
         sphere whose slip sets it up (Table active_force_torque of the paper).
         """
-        table = self._table
-        if finite_size:
-            for denominator in (6, 4 * self.order + 2):
-                table = _add(table, _scale(laplacian(table), Fraction(1, denominator)))
-        return table
+        return dict(self._flows[finite_size])
+
+    @cached_property
+    def _flows(self) -> tuple[PairTable, PairTable]:
+        """The flow, and that with finite size: rational arithmetic is slow, and asked for often."""
+        plain = table = self._table
+        for denominator in (6, 4 * self.order + 2):
+            table = _add(table, _scale(laplacian(table), Fraction(1, denominator)))
+        return plain, table
 
     def spin(self, finite_size: bool = False) -> PairTable:
         """a w/V = (a/2V) curl u as a table: the angular velocity of a sphere in the flow.
 
         The finite-size factors leave it as it is for a biharmonic flow, whose curl is harmonic.
         """
-        return _scale(curl(self.flow(finite_size)), Fraction(1, 2))
+        return dict(self._spins[finite_size])
+
+    @cached_property
+    def _spins(self) -> tuple[PairTable, PairTable]:
+        plain, sized = (_scale(curl(flow), Fraction(1, 2)) for flow in self._flows)
+        return plain, sized
 
 
 def curl(table: PairTable) -> PairTable:

@@ -9,6 +9,7 @@ import nrchain
 from nrchain.auto import choose, full_scene, ladder
 from nrchain.choice import Choice, Watch
 from nrchain.errors import SceneError
+from nrchain.model import Model
 from nrchain.nominal_cost import Fluid, evaluation_cost
 from nrchain.outcome import Cause, Stop
 from nrchain.scene import Scene
@@ -80,7 +81,7 @@ def test_a_run_stops_when_what_is_left_out_grows(quiet):
 
 def test_nothing_left_out_is_not_watched(quiet):
     told = Choice(0.1, (), 0.0, 0.0, (), (), "no reason")
-    Watch(quiet, told).check(0.0, (np.zeros((20, 3)), np.zeros((20, 3, 3))))
+    Watch(quiet, told, Model(quiet)).check(0.0, (np.zeros((20, 3)), np.zeros((20, 3, 3))))
     assert Choice.from_json(told.to_json()) == told
 
 
@@ -89,4 +90,4 @@ def test_a_choice_is_watched_from_its_own_poses(quiet):
     poses = nrchain.simulate(scene).positions[-1], nrchain.simulate(scene).frames[-1]
     bent = poses[0] + np.sin(np.arange(20))[:, None] * [0.0, 2.0, 0.0]
     with pytest.raises(Stop):
-        Watch(scene, choice).check(scene.run.end, (bent, poses[1]))
+        Watch(scene, choice, Model(scene)).check(scene.run.end, (bent, poses[1]))

@@ -134,4 +134,4 @@ def test_a_table_of_effects_has_a_cell_for_every_column():
     effects = plan_effects(nrchain.load_scene("passive", **{"run.end": 1.0}))
     assert all(len(row) == len(COLUMNS) for row in effects.rows())
     assert {row[0] for row in effects.rows()} > {"stretch", "friction between spheres"}
-    assert any("tolerance 0.0001" in note for note in effects.notes())
+    assert any("tolerance 3e-05" in note for note in effects.notes())

@@ -2,8 +2,8 @@
 
 Random chains with fixed seeds. Of each, every effect that it has is dropped and every one that it
 has not is added, by runs of their own at tight tolerance; what the ends of these runs are apart is
-held against what the plan said before. A difference counts if it is ten times what the integrator
-leaves of the run itself, by a second run at a tolerance a hundred times smaller.
+held against what the plan said before. A difference counts if it is ten times the integrator's own
+error in the run of the scene, at the tolerance that the scene asks for.
 
 Growth rates are held against those of waves on periodic chains, simulated and fitted.
 
