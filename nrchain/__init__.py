@@ -9,6 +9,7 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from nrchain.api import active_wrenches, elastic_energy, elastic_wrenches
+    from nrchain.decomposition import Contributions, contribution_sizes, contributions
     from nrchain.description import describe
     from nrchain.effects.base import Effect, OneBodyEffect
     from nrchain.effects.registry import register_effect, unregister_effect
@@ -39,6 +40,9 @@ _HOMES = {
     "active_wrenches": "nrchain.api",
     "elastic_energy": "nrchain.api",
     "elastic_wrenches": "nrchain.api",
+    "Contributions": "nrchain.decomposition",
+    "contribution_sizes": "nrchain.decomposition",
+    "contributions": "nrchain.decomposition",
     "Effect": "nrchain.effects.base",
     "OneBodyEffect": "nrchain.effects.base",
     "register_effect": "nrchain.effects.registry",
@@ -72,6 +76,7 @@ __all__ = [
     "BackendError",
     "Branch",
     "Cause",
+    "Contributions",
     "Effect",
     "NrchainError",
     "OneBodyEffect",
@@ -84,6 +89,8 @@ __all__ = [
     "Trajectory",
     "TrajectoryError",
     "active_wrenches",
+    "contribution_sizes",
+    "contributions",
     "describe",
     "elastic_energy",
     "elastic_wrenches",

@@ -134,6 +134,14 @@ class Model:
         wrenches[self.held] = -np.repeat(self._drag, 3) * twists[self.held]
         return wrenches
 
+    def mobile_twists(self, positions: np.ndarray, wrenches: np.ndarray) -> np.ndarray:
+        """μ·W (N, 6): the twists that these wrenches give, clamps or not."""
+        if self.friction is None:
+            return wrenches / np.repeat(self._drag, 3)
+        twists = np.zeros((self.count, 6))
+        self._apply_friction(positions, wrenches, twists)
+        return twists
+
     def _wrenches(
         self, positions: np.ndarray, frames: np.ndarray, twists: np.ndarray
     ) -> np.ndarray:

@@ -49,7 +49,11 @@ REFUSALS = [
     ({"slip.neighbors": 1}, "slip.neighbors", "did you mean 'neighbours'"),
     ({"slip.modes": {}}, "slip.modes", "neighbours, finite_size, backend, 2s, 3a, 3t, 4a"),
     ({"slip.2s": {"strength": 1.0, "axes": [1, 0, 0]}}, "slip.2s.axes", "did you mean 'axis'"),
-    ({"zzz": 1}, "zzz", "there are chain, elasticity, slip, friction, start, run, title, steric, field, flow"),
+    (
+        {"zzz": 1},
+        "zzz",
+        "there are chain, elasticity, slip, friction, start, run, title, steric, field, flow",
+    ),
     ({"chain.particles.x": 1}, "chain.particles.x", "chain.particles is not a table"),
     ({"chain": {3: 1}}, "chain.3", "keys are strings"),
     # missing keys

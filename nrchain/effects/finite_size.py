@@ -16,7 +16,10 @@ from nrchain.scene import Scene, load_scene
 
 @register_effect
 class FiniteSize(FlowEffect):
-    """What the finite size of spheres adds to the slip flows within reach."""
+    """What the finite size of spheres adds to the slip flows of the nearest neighbours.
+
+    What it adds to those from farther away is part of the effect ``reach``.
+    """
 
     name = "finite size"
     key = "slip.finite_size"
@@ -27,7 +30,7 @@ class FiniteSize(FlowEffect):
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         whole, leading = (
-            tuple(make_flow(scene, finite_size=size) for _ in range(2)) for size in (True, False)
+            tuple(make_flow(scene, 1, finite_size=size) for _ in range(2)) for size in (True, False)
         )
         self._set((1.0, *whole), (-1.0, *leading))
 
@@ -46,7 +49,7 @@ class FiniteSize(FlowEffect):
 
     @classmethod
     def cost(cls, scene: Scene) -> Cost:
-        return Cost(pairs_within(scene, scene.slip.neighbours), "pairs")
+        return Cost(pairs_within(scene, 1), "pairs")
 
     @classmethod
     def scale(cls, scene: Scene) -> float:

@@ -17,7 +17,7 @@ from nrchain.scene import Scene, load_scene
 
 @register_effect
 class Reach(FlowEffect):
-    """What spheres from the second neighbours on add to the slip flows, to leading order."""
+    """What spheres from the second neighbours on add to the slip flows, finite size included."""
 
     name = "reach"
     key = "slip.neighbours"
@@ -27,8 +27,8 @@ class Reach(FlowEffect):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        far = tuple(make_flow(scene, finite_size=False) for _ in range(2))
-        near = tuple(make_flow(scene, 1, False) for _ in range(2))
+        far = tuple(make_flow(scene) for _ in range(2))
+        near = tuple(make_flow(scene, 1) for _ in range(2))
         self._set((1.0, *far), (-1.0, *near))
 
     @classmethod
