@@ -38,12 +38,14 @@ def rule(
     return read
 
 
-def number(*, above: float = -math.inf, least: float = -math.inf, most: float = math.inf) -> Rule:
-    """A finite number with above < x and least ≤ x ≤ most, kept as a float."""
+def number(
+    *, above: float = -math.inf, least: float = -math.inf, most: float = math.inf, reason: str = ""
+) -> Rule:
+    """A finite number with above < x and least ≤ x ≤ most, kept as a float; ``reason`` says why."""
     bounds = (("above", above), ("at least", least), ("at most", most))
     words = " and ".join(f"{word} {bound:g}" for word, bound in bounds if math.isfinite(bound))
     return rule(
-        "a finite number" + (words and ", " + words),
+        "a finite number" + (words and ", " + words) + (reason and ": " + reason),
         lambda v: _is_number(v) and above < v and least <= v <= most,
         float,
     )

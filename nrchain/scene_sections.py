@@ -39,6 +39,7 @@ PYSTOKES_MODES = ("2s", "3a", "3t", "4a")
 """The modes that PyStokes has a routine for."""
 
 _E1 = (1.0, 0.0, 0.0)
+_ROUNDED = "coordinates are rounded to 1e-16 of themselves, and below no step would be accepted"
 _STRENGTH = one_or_each(number())
 NEIGHBOURS = rule(
     "a whole number of at least 1, or 'all'",
@@ -246,13 +247,22 @@ class StericSpec(Section):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StartSpec(Section):
-    """The shape at t = 0: amplitude a length, wavenumber in units of π/L (periodic: 2π/L)."""
+    """The shape at t = 0: amplitude a length, wavenumber in units of π/L (periodic: 2π/L).
+
+    A negative amplitude of a sine or a helix shifts its phase by half a turn; that of a random
+    shape is a standard deviation, and not negative.
+    """
 
     path: ClassVar[str] = "start"
     shape: Annotated[Shape, choice(Shape)] = "straight"
     amplitude: Annotated[float, number()] = 0.1
     wavenumber: Annotated[float, number(above=0)] = 1.0
     seed: Annotated[int, whole(least=0)] = 0
+
+    def check(self) -> None:
+        if self.shape == "random" and self.amplitude < 0:
+            allowed = "must be at least 0 for a random shape, whose standard deviation it is"
+            raise SceneError("start.amplitude", self.amplitude, allowed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -261,6 +271,8 @@ class RunSpec(Section):
 
     ``rtol`` and ``atol`` are tolerances per step, the latter in radii and radians; the error at the
     end is some tens to some hundreds of times as large with the backward differences of ``cvode``.
+    Below 1e-14 an ``atol`` asks for less than coordinates of the size of a radius can hold: the
+    implicit equations of a step are then never solved, and steps shrink without end.
     ``max_steps`` and ``max_seconds`` are what one run, or one resumption of it, may spend.
     """
 
@@ -268,7 +280,7 @@ class RunSpec(Section):
     end: Annotated[float, number(above=0)]
     snapshots: Annotated[int, whole(least=2)] = 101
     rtol: Annotated[float, number(least=1e-14, most=1e-1)] = 1e-7
-    atol: Annotated[float, number(above=0, most=1e-1)] = 1e-7
+    atol: Annotated[float, number(least=1e-14, most=1e-1, reason=_ROUNDED)] = 1e-7
     integrator: Annotated[Integrator, choice(Integrator)] = "cvode"
     max_steps: Annotated[int | None, optional(whole(least=1))] = None
     max_seconds: Annotated[float | None, optional(number(above=0))] = None

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nrchain import slip_modes
+from nrchain.chain import initial_poses
 from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.scene import (
     ChainSpec,
@@ -35,6 +36,7 @@ BASE = {
     "run.end": 10.0,
 }
 PERIODIC = {"chain.ends": "periodic"}
+SINE = {"start.shape": "sine"}
 EXPLICIT = {"elasticity.stretch": 2.0, "elasticity.shear": 3.0}
 
 # changes to BASE, the key that is named, and a part of the sentence on what is allowed
@@ -113,8 +115,17 @@ REFUSALS = [
     ({"run.max_seconds": 0}, "run.max_seconds", "above 0"),
     ({"run.rtol": 1e-15}, "run.rtol", "at least 1e-14 and at most 0.1"),
     ({"run.rtol": 0.2}, "run.rtol", "at least 1e-14 and at most 0.1"),
-    ({"run.atol": 0.0}, "run.atol", "above 0 and at most 0.1"),
-    ({"run.atol": 0.2}, "run.atol", "above 0 and at most 0.1"),
+    ({"run.atol": 0.0}, "run.atol", "at least 1e-14 and at most 0.1: coordinates are rounded"),
+    ({"run.atol": 9e-15}, "run.atol", "at least 1e-14"),
+    ({"run.atol": 0.2}, "run.atol", "at least 1e-14 and at most 0.1"),
+    # starts that the lattice does not hold
+    ({**SINE, "start.wavenumber": 3.001}, "start.wavenumber", "at most 3"),
+    ({**SINE, "start.wavenumber": 3.0}, "start.wavenumber", "zero at every sphere"),
+    ({**SINE, **PERIODIC, "start.wavenumber": 2}, "start.wavenumber", "zero at every sphere"),
+    ({**SINE, **PERIODIC, "start.wavenumber": 3}, "start.wavenumber", "at most 2, a wave two"),
+    ({"start.shape": "helix-left", "start.wavenumber": 4}, "start.wavenumber", "at most 3"),
+    ({**SINE, "start.amplitude": -1e200}, "start.amplitude", "no more than 1e+06 times"),
+    ({"start.shape": "random", "start.amplitude": -0.1}, "start.amplitude", "at least 0"),
     # keys that do not go together
     ({"slip.2s": [1.0, 2.0, 3.0]}, "slip.2s", "each of the 4 spheres, not 3"),
     ({"slip.2s": []}, "slip.2s", "each of the 4 spheres, not 0"),
@@ -178,6 +189,15 @@ def test_a_missing_key_is_said_to_be_missing(changes, message):
     with pytest.raises(SceneError) as caught:
         scene_of(**changes)
     assert str(caught.value).startswith(message)
+
+
+def test_the_shortest_wave_is_a_helix_and_a_negative_amplitude_half_a_turn():
+    shortest = scene_of(**{"start.shape": "helix-right", "start.wavenumber": 3})
+    assert initial_poses(shortest)[0][:, 1] == pytest.approx([0.1, -0.1, 0.1, -0.1])
+    ahead, behind = (
+        initial_poses(scene_of(**SINE, **{"start.amplitude": sign * 0.1}))[0] for sign in (1, -1)
+    )
+    np.testing.assert_array_equal(ahead[:, 1], -behind[:, 1])
 
 
 def test_every_key_has_a_refusal():
@@ -316,6 +336,11 @@ def scenes(draw):
     particles = draw(st.integers(2, 6))
     periodic = draw(st.booleans())
     radius = draw(sizes)
+    shape = draw(st.sampled_from(["straight", "sine", "helix-left", "random"]))
+    held = (particles - 1) / 2 if periodic else 0.99 * (particles - 1)
+    waving = shape in ("sine", "helix-left") and held >= 1
+    shape = shape if waving or shape == "random" else "straight"
+    longest = held if waving else 50.0
     strengths = st.one_of(finite, st.lists(finite, min_size=particles, max_size=particles))
     slips = st.builds(Slip, strengths, axes) | st.builds(Slip, strengths)
     ways = st.fixed_dictionaries({}, optional={"ratio": st.floats(1e-3, 1e13)}) | (
@@ -341,16 +366,16 @@ def scenes(draw):
         ),
         steric=draw(repulsions(radius)),
         start=StartSpec(
-            shape=draw(st.sampled_from(["straight", "sine", "helix-left", "random"])),
-            amplitude=draw(finite),
-            wavenumber=draw(st.integers(1, 50) if periodic else st.floats(1e-3, 1e3)),
+            shape=shape,
+            amplitude=draw(finite if shape == "straight" else st.floats(0.0, radius)),
+            wavenumber=draw(st.integers(1, int(longest)) if periodic else st.floats(1e-3, longest)),
             seed=draw(st.integers(0, 2**63 - 1)),
         ),
         run=RunSpec(
             end=draw(st.floats(1e-300, 1e300)),
             snapshots=draw(st.integers(2, 10**6)),
             rtol=draw(st.floats(1e-14, 1e-1)),
-            atol=draw(st.floats(1e-300, 1e-1)),
+            atol=draw(st.floats(1e-14, 1e-1)),
             max_steps=draw(st.none() | st.integers(1, 10**9)),
             max_seconds=draw(st.none() | st.floats(1e-3, 1e9)),
         ),
