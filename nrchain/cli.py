@@ -24,6 +24,7 @@ from nrchain.errors import NrchainError
 if TYPE_CHECKING:
     from nrchain.cost import WorkPrecision
     from nrchain.run import Progress
+    from nrchain.scene import Scene
     from nrchain.trajectory import Trajectory
 
 REFUSED, STOPPED, INTERRUPTED = 2, 3, 130
@@ -120,8 +121,7 @@ def run(
     from nrchain.scene import load_scene, parse_assignment
 
     what = load_scene(scene, **dict(parse_assignment(change) for change in changes or ()))
-    for text in warnings(what):
-        _complain(f"warning: {text}")
+    _warn(what, warnings(what))
     directory = output or Path("runs") / Path(scene).stem
     directory.mkdir(parents=True, exist_ok=True)
     with _progress_bar(directory) as report:
@@ -148,13 +148,13 @@ def plan(
     from nrchain.plan import plan as foretell
     from nrchain.scene import load_scene, parse_assignment
 
-    found = foretell(load_scene(scene, **dict(parse_assignment(c) for c in changes or ())))
+    what = load_scene(scene, **dict(parse_assignment(change) for change in changes or ()))
+    found = foretell(what)
     table = _table("quantity", "value", "meaning")
     for line in found.lines:
         table.add_row(line.quantity, line.value, line.meaning)
     _console().print(table)
-    for text in found.warnings:
-        _complain(f"warning: {text}")
+    _warn(what, found.warnings)
 
 
 @app.command()
@@ -250,6 +250,16 @@ def cost(
             console.print(f"  {line}", soft_wrap=True)
 
 
+def _warn(scene: Scene, warnings: list[str]) -> None:
+    """Say what is risky about a scene, and which of its keys do nothing."""
+    from nrchain.description import without_effect
+
+    for key, why in without_effect(scene):
+        _complain(f"note: {key} has no effect: {why}")
+    for text in warnings:
+        _complain(f"warning: {text}")
+
+
 @contextmanager
 def _progress_bar(directory: Path) -> Iterator[Callable[[Progress], None]]:
     """A bar of the time reached, which says how to go on if it is interrupted."""
@@ -341,6 +351,7 @@ def _effects(trajectory: Trajectory) -> Table:
     for heading, effects in (
         ("simulated", description.simulated),
         ("left out", description.left_out),
+        ("without effect", description.without_effect),
     ):
         for row, (effect, line) in enumerate(effects):
             table.add_row(heading if row == 0 else "", effect, line)

@@ -97,6 +97,12 @@ def test_run_simulates_writes_and_draws(tmp_path):
     assert {file.name for file in trajectory.path.parent.iterdir()} == {FILE_NAME, PICTURE}
 
 
+def test_a_key_that_does_nothing_is_named_before_the_run(tmp_path, stub):
+    result = call("run", "passive", "-o", tmp_path, "--set", "slip.neighbours=2")
+    assert "note: slip.neighbours has no effect: no mode has a strength" in result.stderr
+    assert "without effect" in result.stdout
+
+
 def test_changes_reach_the_scene(tmp_path, stub):
     arguments = ["--set", "slip.2s=50", "--set", "chain.ends=free", "--set", "slip.3a=[1, 2, 3]"]
     result = call("run", "buckling", "-o", tmp_path, "--set", "chain.particles=3", *arguments)
