@@ -200,7 +200,9 @@ class _Picture:
     def save(self, path: Path) -> None:
         from matplotlib.transforms import Bbox
 
-        crop = Bbox.from_bounds(*self.crop) if self.crop else "tight"
+        crop: Any = Bbox.from_bounds(*self.crop) if self.crop else None
+        if any(text.get_window_extent().x1 > self.figure.bbox.x1 for text in self.figure.texts):
+            crop = "tight"  # a title that runs out of the figure widens it, at twice the time
         self.figure.savefig(path, dpi=DOTS_PER_INCH, bbox_inches=crop)
 
 
