@@ -146,7 +146,15 @@ def _read_slip(label: str, given: Any) -> Slip | None:
     key = SlipSpec.key(label)
     labels = [mode.label for mode in slip_modes.modes()]
     if label not in labels:
-        raise unknown(key, given, [*SlipSpec.spellings(), *labels])
+        refusal = unknown(key, given, [*SlipSpec.spellings(), *labels])
+        if slip_modes.is_label(label):
+            allowed = (
+                f"{refusal.allowed}. A mode of one's own must be registered again, with"
+                " nrchain.register, in every process before a scene or a trajectory that names it"
+                " is opened"
+            )
+            raise SceneError(key, given, allowed)
+        raise refusal
     if given is None or isinstance(given, Slip):
         return given
     if not isinstance(given, Mapping):

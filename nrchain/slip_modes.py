@@ -81,7 +81,7 @@ class SlipMode:
 
     def _check(self) -> None:
         """Refuse what is not a Stokes flow of the symmetry stated, before it enters any kernel."""
-        if not _LABEL.fullmatch(str(self.label)):
+        if not is_label(self.label):
             allowed = "must be a digit followed by letters, digits or _, such as '4t'"
             raise SceneError("slip mode label", self.label, allowed)
         key = f"velocity of mode {self.label}"
@@ -124,6 +124,11 @@ class SlipMode:
         The finite-size factors leave it as it is for a biharmonic flow, whose curl is harmonic.
         """
         return _scale(curl(self.flow(finite_size)), Fraction(1, 2))
+
+
+def is_label(text: object) -> bool:
+    """Whether a text may be the label of a mode, known or not."""
+    return _LABEL.fullmatch(str(text)) is not None
 
 
 def curl(table: PairTable) -> PairTable:

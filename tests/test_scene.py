@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from nrchain import slip_modes
 from nrchain.chain import initial_poses
-from nrchain.errors import NOT_GIVEN, SceneError
+from nrchain.errors import NOT_GIVEN, SceneError, TrajectoryError
 from nrchain.scene import (
     ChainSpec,
     ElasticitySpec,
@@ -28,6 +28,7 @@ from nrchain.scene import (
     scene_names,
     scene_path,
 )
+from nrchain.trajectory import Trajectory, TrajectoryWriter
 
 NAN, INF = math.nan, math.inf
 BASE = {
@@ -238,6 +239,23 @@ def test_pystokes_is_refused_for_a_mode_it_lacks(monkeypatch):
     assert scene_of(**{"slip.9z": 1.0}).slip.modes["9z"] == Slip(1.0)
     with pytest.raises(SceneError, match="no routine for mode 9z"):
         scene_of(**{"slip.9z": 1.0, "slip.backend": "pystokes"})
+
+
+def test_a_saved_run_of_a_registered_mode_says_to_register_it_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(slip_modes, "_MODES", dict(slip_modes._MODES))
+    known = slip_modes.find("3t")
+    slip_modes.register(
+        slip_modes.SlipMode("9z", "made up", 3, True, False, velocity=known.velocity)
+    )
+    scene = scene_of(**{"slip.9z": 1.0})
+    with TrajectoryWriter(tmp_path / "run.h5", scene, np.array([0.0, 10.0])) as writer:
+        writer.write(0, 0.0, *initial_poses(scene), 0)
+    assert Trajectory.open(tmp_path / "run.h5").scene == scene
+    slip_modes.unregister("9z")
+    with pytest.raises(
+        TrajectoryError, match=r"slip\.9z .*registered again, with nrchain.register"
+    ):
+        Trajectory.open(tmp_path / "run.h5")
 
 
 # --- sources -----------------------------------------------------------------------------------
