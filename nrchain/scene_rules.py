@@ -119,8 +119,10 @@ def section(kind: type[Section]) -> Rule:
     def read(key: str, value: Any) -> Any:
         if isinstance(value, kind):
             return value
-        if value is None or isinstance(value, Mapping):
-            return kind.from_mapping(value or {})
+        if value is None or value is NOT_GIVEN:
+            return kind.from_mapping({})
+        if isinstance(value, Mapping):
+            return kind.from_mapping(value)
         raise SceneError(key, value, f"must be a table or a {kind.__name__}")
 
     return read
@@ -169,10 +171,7 @@ class Section:
             if name not in known:
                 raise unknown(cls.key(name), value, known, cls.spellings())
         given = {name: value for name, value in table.items() if value is not None}
-        for name in _required(cls):
-            if name not in given:
-                given[name] = _read_nothing(known[name], cls.key(name))
-        return cls(**given)
+        return cls(**dict.fromkeys(_required(cls), NOT_GIVEN) | given)
 
     def to_mapping(self) -> dict[str, Any]:
         """The raw table of the section, keys that are None left out."""
@@ -212,14 +211,6 @@ def _is_number(value: Any) -> bool:
 def _plain(value: Any) -> Any:
     """Numpy numbers and arrays as Python numbers and lists, everything else as it is."""
     return value.tolist() if hasattr(value, "tolist") else value
-
-
-def _read_nothing(read: Rule, key: str) -> Any:
-    """What a rule makes of a key that must be there and is not: refused, as a rule."""
-    try:
-        return read(key, None)
-    except SceneError as error:
-        raise SceneError(error.key, NOT_GIVEN, error.allowed) from None
 
 
 def _required(kind: Any) -> list[str]:

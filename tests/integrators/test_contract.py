@@ -207,7 +207,7 @@ def test_registry(name):
 
 
 def test_unknown_integrator():
-    with pytest.raises(SceneError, match=r"run.integrator = 'radua'.*'radau'.*cvode") as error:
+    with pytest.raises(SceneError, match=r"run.integrator = 'radua'.*cvode.*'radau'") as error:
         find_integrator("radua")
     assert error.value.key == "run.integrator"
 
