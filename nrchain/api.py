@@ -8,67 +8,22 @@ from typing import Any, Literal
 
 import numpy as np
 
-from nrchain import slip_modes
+from nrchain.arguments import GivenSlip, finite_array, given_slips, rotations
 from nrchain.errors import SceneError
 from nrchain.scene import Slip
-
-
-def _array(name: str, given: Any, shape: tuple[int | None, ...]) -> np.ndarray:
-    try:
-        array = np.asarray(given, float, order="C")
-    except (TypeError, ValueError):
-        raise SceneError(name, given, f"must be numbers of shape {_named(shape)}") from None
-    matches = array.ndim == len(shape) and all(
-        want in (None, have) for want, have in zip(shape, array.shape, strict=False)
-    )
-    if not matches:
-        raise SceneError(name, array.shape, f"the shape must be {_named(shape)}")
-    if not np.isfinite(array).all():
-        raise SceneError(name, "NaN or inf", "all numbers must be finite")
-    return array
-
-
-def _named(shape: tuple[int | None, ...]) -> str:
-    return "(" + ", ".join("N" if size is None else str(size) for size in shape) + ")"
+from nrchain.scene_rules import choice, flag, number
+from nrchain.scene_sections import NEIGHBOURS, Backend, Ends, Measure
 
 
 def _poses(positions: Any, frames: Any) -> tuple[np.ndarray, np.ndarray]:
-    r = _array("positions", positions, (None, 3))
-    e = _array("frames", frames, (len(r), 3, 3))
-    gram = np.einsum("nak,nbk->nab", e, e)
-    if np.abs(gram - np.eye(3)).max(initial=0.0) > 1e-8 or np.linalg.det(e).min(initial=1.0) < 0:
-        raise SceneError(
-            "frames", "not rotations", "rows must be orthonormal and right-handed to 1e-8"
-        )
-    return r, e
-
-
-def _number(name: str, value: Any, least: float, *, strict: bool) -> float:
-    ok = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-    if not ok or not math.isfinite(value) or value < least or (strict and value == least):
-        bound = "more than" if strict else "at least"
-        raise SceneError(name, value, f"must be a finite number of {bound} {least:g}")
-    return float(value)
-
-
-def _choice(name: str, value: Any, allowed: tuple[Any, ...]) -> None:
-    if value not in allowed:
-        raise SceneError(name, value, f"must be one of {', '.join(map(repr, allowed))}")
-
-
-def _reach(neighbours: Any, count: int) -> int:
-    if neighbours == "all":
-        return max(count - 1, 1)
-    whole = isinstance(neighbours, int | np.integer) and not isinstance(neighbours, bool)
-    if not whole or neighbours < 1:
-        raise SceneError("neighbours", neighbours, 'must be a whole number of at least 1, or "all"')
-    return int(neighbours)
+    points = finite_array("positions", positions, (None, 3))
+    return points, rotations(frames, len(points))
 
 
 def active_wrenches(
     positions: np.ndarray,
     frames: np.ndarray,
-    slip: Mapping[str, float | np.ndarray | Slip],
+    slip: Mapping[str, float | np.ndarray | Slip | Mapping[str, Any]],
     *,
     neighbours: int | Literal["all"] = 1,
     radius: float = 1.0,
@@ -84,7 +39,7 @@ def active_wrenches(
         (N, 3) and (N, 3, 3); ``frames[i, k]`` is e_{k+1} of sphere i in lab components.
     slip
         Strength of each mode by its label: a number, an (N,) array, or a
-        :class:`~nrchain.scene.Slip` with a body axis of its own (default e1).
+        :class:`~nrchain.scene.Slip`, or its table, with a body axis of its own (default e1).
     neighbours
         Spheres up to this many places along the chain act on each other; ``"all"``: every pair.
     radius, viscosity
@@ -109,25 +64,18 @@ def active_wrenches(
     Paper: Eqs. (2s_force) to (4a_torque), with the 4a torque as half the curl of its force law.
     """
     r, e = _poses(positions, frames)
-    count = len(r)
-    a = _number("radius", radius, 0.0, strict=True)
-    eta = _number("viscosity", viscosity, 0.0, strict=True)
-    _choice("backend", backend, ("native", "pystokes"))
-    reach = _reach(neighbours, count)
-    labels, strengths, axes = [], [], []
-    for label, given in slip.items():
-        slip_modes.find(label)
-        mode = given if isinstance(given, Slip) else None
-        strength = np.asarray(given if mode is None else mode.strength, float)
-        shape = () if strength.ndim == 0 else (count,)
-        strengths.append(np.broadcast_to(_array(f"slip[{label!r}]", strength, shape), (count,)))
-        labels.append(label)
-        axes.append((1.0, 0.0, 0.0) if mode is None else mode.axis)
+    a = number(above=0)("radius", radius)
+    eta = number(above=0)("viscosity", viscosity)
+    neighbours = NEIGHBOURS("neighbours", neighbours)
+    choice(Backend)("backend", backend)
+    corrected = flag()("finite_size", finite_size)
+    reach = max(len(r) - 1, 1) if neighbours == "all" else neighbours
+    slips = given_slips(slip, len(r))
     _refuse_coincident(r, reach)
     if backend == "native":
-        twists = _native(labels, strengths, axes, r, e, reach, a, finite_size)
+        twists = _native(slips, r, e, reach, a, corrected)
     else:
-        twists = _through_pystokes(labels, strengths, axes, r, e, neighbours, a, eta, finite_size)
+        twists = _through_pystokes(slips, r, e, neighbours, a, eta, corrected)
     gamma = 6 * math.pi * eta * a
     return gamma * twists[:, :3], gamma * (4 * a * a / 3) * twists[:, 3:]
 
@@ -142,14 +90,21 @@ def _refuse_coincident(positions: np.ndarray, reach: int) -> None:
             )
 
 
-def _native(labels, strengths, axes, positions, frames, reach, radius, finite_size):
+def _native(
+    slips: list[GivenSlip],
+    positions: np.ndarray,
+    frames: np.ndarray,
+    reach: int,
+    radius: float,
+    finite_size: bool,
+) -> np.ndarray:
     from nrchain.hydrodynamics.pairs import SlipFlow
 
     twists = np.zeros((len(positions), 6))
     flow = SlipFlow(
-        labels,
-        strengths,
-        axes,
+        [slip.label for slip in slips],
+        [slip.strengths for slip in slips],
+        [tuple(slip.axis) for slip in slips],
         count=len(positions),
         reach=reach,
         radius=radius,
@@ -161,20 +116,25 @@ def _native(labels, strengths, axes, positions, frames, reach, radius, finite_si
 
 
 def _through_pystokes(
-    labels, strengths, axes, positions, frames, neighbours, radius, viscosity, finite_size
-):
+    slips: list[GivenSlip],
+    positions: np.ndarray,
+    frames: np.ndarray,
+    neighbours: int | Literal["all"],
+    radius: float,
+    viscosity: float,
+    finite_size: bool,
+) -> np.ndarray:
     from nrchain.hydrodynamics import pystokes
 
-    units = [np.asarray(axis, float) / np.linalg.norm(axis) for axis in axes]
     velocities, spins = pystokes.twists(
         positions,
-        [np.einsum("b,nbk->nk", unit, frames) for unit in units],
-        strengths,
+        [np.einsum("b,nbk->nk", slip.axis, frames) for slip in slips],
+        [slip.strengths for slip in slips],
         neighbours=neighbours,
         radius=radius,
         viscosity=viscosity,
         finite_size=finite_size,
-        labels=labels,
+        labels=[slip.label for slip in slips],
     )
     return np.concatenate([velocities, spins], axis=1)
 
@@ -183,11 +143,11 @@ def _read_chain(positions, frames, spacing, stretch, shear, twist, bend, ends, m
     r, e = _poses(positions, frames)
     if len(r) < 2:
         raise SceneError("positions", r.shape, "a chain has at least two spheres")
-    _choice("ends", ends, ("free", "clamped", "periodic"))
-    _choice("measure", measure, ("paper", "isotropic"))
-    d = _number("spacing", spacing, 0.0, strict=True)
+    choice(Ends)("ends", ends)
+    choice(Measure)("measure", measure)
+    d = number(above=0)("spacing", spacing)
     named = {"stretch": stretch, "shear": shear, "twist": twist, "bend": bend}
-    moduli = [_number(name, value, 0.0, strict=False) for name, value in named.items()]
+    moduli = [number(least=0)(name, value) for name, value in named.items()]
     from nrchain.effects.cosserat import Elasticity, terms_of
 
     period, isotropic = len(r) * d if ends == "periodic" else 0.0, measure == "isotropic"

@@ -138,25 +138,29 @@ def _product(blocks, order, slot_of, periodic, vector, out):
 
 @kernel
 def _fill_band(blocks, order, slot_of, periodic, shift, scale, half, band):
-    """band ← shift · I + scale · J in the layout of LAPACK's banded factorisation."""
+    """band ← shift · I + scale · J in the layout of LAPACK's banded factorisation.
+
+    Column by column, as they lie in memory. The first ``half`` rows are LAPACK's own.
+    """
     count, width = blocks.shape[0], blocks.shape[1]
     centre = width // 2
-    band[:] = 0.0
     for slot in range(order.shape[0]):
-        i = order[slot]
-        for p in range(6):
-            band[2 * half, 6 * slot + p] = shift
+        for column in range(6 * slot, 6 * slot + 6):
+            for row in range(half, 3 * half + 1):
+                band[row, column] = 0.0
+            band[2 * half, column] = shift
         for m in range(width):
-            j = i + m - centre
-            if not periodic and (j < 0 or j >= count):
+            i = order[slot] - m + centre
+            if not periodic and (i < 0 or i >= count):
                 continue
-            other = slot_of[j % count]
+            i %= count
+            other = slot_of[i]
             if other < 0:
                 continue
             for q in range(6):
-                column = 6 * other + q
+                column = 6 * slot + q
                 for p in range(6):
-                    band[2 * half + 6 * slot + p - column, column] += scale * blocks[i, m, p, q]
+                    band[2 * half + 6 * other + p - column, column] += scale * blocks[i, m, p, q]
 
 
 @kernel
@@ -223,7 +227,7 @@ class ChartedChain:
         self._twists, self._poses = np.empty((count, 6)), np.zeros((count, 6))
         self._blocks = np.empty((count, 2 * model.reach + 1, 6, 6))
         self._maps = np.empty((count, 3, 6, 6))
-        self._band = np.zeros((3 * self.bandwidth + 1, self.dimension), order="F")
+        self._band = np.empty((3 * self.bandwidth + 1, self.dimension), order="F")
         self._factors: tuple[np.ndarray, np.ndarray] | None = None
 
     def set_base(
@@ -324,7 +328,8 @@ class ChartedChain:
         """band ← shift · I + scale · J, with J cut to the blocks near the diagonal.
 
         ``band`` (3w + 1, dimension), real or complex, is laid out for LAPACK's factors, with
-        w = ``bandwidth``: row 2w + i − j, column j holds element (i, j).
+        w = ``bandwidth``: row 2w + i − j, column j holds element (i, j). The first w rows, where
+        LAPACK keeps what pivoting adds, are left as they are.
         """
         _fill_band(
             self._blocks,

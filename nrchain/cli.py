@@ -8,31 +8,54 @@ kept what it reached; 130, interrupted.
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Iterator
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.table import Table
+from typer.core import TyperGroup
 
 from nrchain import __version__
-from nrchain.errors import NrchainError
+from nrchain.errors import NrchainError, TrajectoryError
 
 if TYPE_CHECKING:
     from nrchain.cost import WorkPrecision
     from nrchain.run import Progress
+    from nrchain.scene import Scene
     from nrchain.trajectory import Trajectory
 
 REFUSED, STOPPED, INTERRUPTED = 2, 3, 130
-PICTURE = "chain.png"
+PICTURE, PICTURE_IN_SPACE = "chain.png", "chain-3d.png"
+
+_UsageError: Any = typer.BadParameter.__base__
+"""What a command line that cannot be understood raises; Typer has no public name for it."""
+
+
+class _OneLineGroup(TyperGroup):
+    """The commands, with one line for a command line that is not understood."""
+
+    def main(self, args: Sequence[str] | None = None, *given: Any, **options: Any) -> Any:
+        words = sys.argv[1:] if args is None else list(args)
+        options["standalone_mode"] = False
+        try:
+            code = super().main(words or ["--help"], *given, **options)
+        except _UsageError as error:
+            where = error.ctx.command_path if error.ctx else "nrchain"
+            message = " ".join(error.format_message().split()).rstrip(".")
+            _complain(f"{message}; see {where} --help")
+            code = REFUSED
+        sys.exit(code if isinstance(code, int) else 0)
+
 
 app = typer.Typer(
     name="nrchain",
     help="Simulate chains of active colloids with nonreciprocal interactions.",
-    no_args_is_help=True,
+    cls=_OneLineGroup,
     add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -120,8 +143,7 @@ def run(
     from nrchain.scene import load_scene, parse_assignment
 
     what = load_scene(scene, **dict(parse_assignment(change) for change in changes or ()))
-    for text in warnings(what):
-        _complain(f"warning: {text}")
+    _warn(what, warnings(what))
     directory = output or Path("runs") / Path(scene).stem
     directory.mkdir(parents=True, exist_ok=True)
     with _progress_bar(directory) as report:
@@ -148,13 +170,13 @@ def plan(
     from nrchain.plan import plan as foretell
     from nrchain.scene import load_scene, parse_assignment
 
-    found = foretell(load_scene(scene, **dict(parse_assignment(c) for c in changes or ())))
+    what = load_scene(scene, **dict(parse_assignment(change) for change in changes or ()))
+    found = foretell(what)
     table = _table("quantity", "value", "meaning")
     for line in found.lines:
         table.add_row(line.quantity, line.value, line.meaning)
     _console().print(table)
-    for text in found.warnings:
-        _complain(f"warning: {text}")
+    _warn(what, found.warnings)
 
 
 @app.command()
@@ -191,19 +213,28 @@ def plot(
     output: Annotated[
         Path | None,
         typer.Option(
-            "-o", "--output", help="PNG, PDF or SVG.", show_default=f"DIRECTORY/{PICTURE}"
+            "-o",
+            "--output",
+            help="PNG, PDF or SVG.",
+            show_default=f"DIRECTORY/{PICTURE}, or {PICTURE_IN_SPACE}",
         ),
     ] = None,
     view: Annotated[View, typer.Option(help="Three projections, or space.")] = View.planes,
     times: Annotated[int, typer.Option(min=1, help="How many states to draw.")] = 6,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the file that -o names.")
+    ] = False,
 ) -> None:
     """Draw the chain of a run at several times, also while it runs."""
     from nrchain.plots import draw_chain
     from nrchain.trajectory import Trajectory
 
     trajectory = Trajectory.open(directory)
-    picture = draw_chain(trajectory, output or _beside(trajectory), view=view.value, times=times)
-    typer.echo(picture)
+    if output is not None and output.exists() and not overwrite:
+        raise TrajectoryError(f"{output}: exists; it is only replaced with --overwrite")
+    name = PICTURE if view is View.planes else PICTURE_IN_SPACE
+    path = output or _beside(trajectory, name)
+    typer.echo(draw_chain(trajectory, path, view=view.value, times=times))
 
 
 @app.command()
@@ -250,6 +281,16 @@ def cost(
             console.print(f"  {line}", soft_wrap=True)
 
 
+def _warn(scene: Scene, warnings: list[str]) -> None:
+    """Say what is risky about a scene, and which of its keys do nothing."""
+    from nrchain.description import without_effect
+
+    for key, why in without_effect(scene):
+        _complain(f"note: {key} has no effect: {why}")
+    for text in warnings:
+        _complain(f"warning: {text}")
+
+
 @contextmanager
 def _progress_bar(directory: Path) -> Iterator[Callable[[Progress], None]]:
     """A bar of the time reached, which says how to go on if it is interrupted."""
@@ -290,10 +331,10 @@ def _progress_bar(directory: Path) -> Iterator[Callable[[Progress], None]]:
         raise
 
 
-def _beside(trajectory: Trajectory) -> Path:
+def _beside(trajectory: Trajectory, name: str = PICTURE) -> Path:
     """Where the picture of a trajectory goes."""
     assert trajectory.path is not None
-    return trajectory.path.with_name(PICTURE)
+    return trajectory.path.with_name(name)
 
 
 def _finish(trajectory: Trajectory) -> None:
@@ -341,6 +382,7 @@ def _effects(trajectory: Trajectory) -> Table:
     for heading, effects in (
         ("simulated", description.simulated),
         ("left out", description.left_out),
+        ("without effect", description.without_effect),
     ):
         for row, (effect, line) in enumerate(effects):
             table.add_row(heading if row == 0 else "", effect, line)

@@ -1,9 +1,10 @@
 """(v, ω)_i = Σ_effects (v, ω)_i: the wrench and the twist of every effect, one by one.
 
 Each mode of slip stands for its leading-order flow at the nearest neighbours, ``finite size`` for
-the part of order (a/r)² of that and ``reach`` for all that comes from beyond them. The twist of a wrench is
-what it gives a sphere by itself, W/γ; ``friction between spheres`` is the rest of the mobility,
-and ``support`` what the clamps add, through the same mobility. The sum is that of the simulation.
+the part of order (a/r)² of that and ``reach`` for all that comes from beyond them. The twist of a
+wrench is what it gives a sphere by itself, W/γ; ``friction between spheres`` is the rest of the
+mobility, and ``support`` what the clamps add, through the same mobility. The sum is that of the
+simulation.
 """
 
 from __future__ import annotations
@@ -14,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from nrchain.arguments import a_scene, finite_array, rotations
 from nrchain.effects.base import Effect
 from nrchain.effects.friction import FrictionBetweenSpheres
-from nrchain.errors import SceneError
 from nrchain.model import Model
 from nrchain.scene import Scene
 from nrchain.trajectory import Trajectory
@@ -115,18 +116,12 @@ def contributions(scene: Scene, positions: Any, frames: Any) -> Contributions:
     -------
     Contributions
         ``found["slip 2s"].twist``, ``found["bend"].wrench``, … and ``found.total``.
+
+    Raises :class:`~nrchain.errors.SceneError` for poses of another shape or that are no poses.
     """
-    count = scene.chain.particles
-    given = []
-    for name, value, shape in (
-        ("positions", positions, (count, 3)),
-        ("frames", frames, (count, 3, 3)),
-    ):
-        array = np.ascontiguousarray(value, float)
-        if array.shape != shape or not np.isfinite(array).all():
-            raise SceneError(name, array.shape, f"must be finite numbers of shape {shape}")
-        given.append(array)
-    return Decomposition(scene).at(*given)
+    count = a_scene(scene).chain.particles
+    poses = finite_array("positions", positions, (count, 3)), rotations(frames, count)
+    return Decomposition(scene).at(*poses)
 
 
 def contribution_sizes(trajectory: Trajectory) -> dict[str, np.ndarray]:

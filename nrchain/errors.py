@@ -1,6 +1,16 @@
 """The errors a user can cause. Each says what was given, where, and what is allowed."""
 
 
+class _NotGiven:
+    """Stands for the value of a key that must be given and was not."""
+
+    def __repr__(self) -> str:
+        return "not given"
+
+
+NOT_GIVEN = _NotGiven()
+
+
 class NrchainError(Exception):
     """Base of every documented error of nrchain."""
 
@@ -8,13 +18,14 @@ class NrchainError(Exception):
 class SceneError(NrchainError, ValueError):
     """A scene, or an argument, that cannot be simulated; raised before any time is spent.
 
-    ``key`` is the scene key (``chain.spacing``) or argument name, ``value`` what was given and
-    ``allowed`` a sentence on what would be accepted.
+    ``key`` is the scene key (``chain.spacing``) or argument name, ``value`` what was given, or
+    :data:`NOT_GIVEN`, and ``allowed`` a sentence on what would be accepted.
     """
 
     def __init__(self, key: str, value: object, allowed: str) -> None:
         self.key, self.value, self.allowed = key, value, allowed
-        super().__init__(f"{key} = {_shorten(value)}: {allowed}")
+        given = " is not given" if value is NOT_GIVEN else f" = {_shorten(value)}"
+        super().__init__(f"{key}{given}: {allowed}")
 
 
 class BackendError(NrchainError, RuntimeError):

@@ -12,6 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from nrchain._compile import kernel
 from nrchain.chain import closest_pair
 from nrchain.near_pairs import near_pairs, separations
 from nrchain.outcome import Cause, Stop
@@ -48,16 +49,18 @@ class Guard:
         self._turning = has_turning_springs(scene)
         self._search(positions)
 
-    def watch(self, begin: float, before: np.ndarray, end: float, poses_at: PosesAt) -> Stop | None:
+    def watch(
+        self, begin: float, before: np.ndarray, end: float, reached: Poses, poses_at: PosesAt
+    ) -> Stop | None:
         """The first event of the step from ``begin``, where positions were ``before``, to ``end``.
 
-        ``poses_at(time)`` gives fresh arrays of the poses within the step.
+        ``reached`` are the poses at its end; ``poses_at(time)`` gives fresh arrays within it.
         """
-        after, frames = poses_at(end)
+        after, frames = reached
         if not (np.isfinite(after).all() and np.isfinite(frames).all()):
             return Stop(Cause.NOT_FINITE, begin, "the poses are not finite")
         stop = self._touching(begin, before, end, after, poses_at)
-        if self._turning and _least_alignment(frames, self._period) < 0.0:
+        if self._turning and _least_alignment(frames, self._period > 0.0) < 0.0:
             turned = self._turned(begin, end, poses_at)
             if stop is None or turned.time < stop.time:
                 return turned
@@ -125,8 +128,9 @@ class Guard:
         return self._first_touch(middle, between, end, last, vectors_at, divisions - 1)
 
     def _turned(self, begin: float, end: float, poses_at: PosesAt) -> Stop:
-        time = _root(lambda t: _least_alignment(poses_at(t)[1], self._period), begin, end)
-        link = int(np.argmin(_alignments(poses_at(time)[1], self._period)))
+        periodic = self._period > 0.0
+        time = _root(lambda t: _least_alignment(poses_at(t)[1], periodic), begin, end)
+        link = _least_aligned(poses_at(time)[1], periodic)[1]
         return Stop(Cause.TURN, time, f"link {link} has turned by a quarter turn")
 
 
@@ -142,26 +146,45 @@ def has_turning_springs(scene: Scene) -> bool:
 
 def most_turned_link(frames: np.ndarray, periodic: bool) -> tuple[float, int]:
     """The angle by which the frames of a link differ, and which link, where that is most."""
-    alignments = _alignments(frames, float(periodic))
-    link = int(np.argmin(alignments))
-    return float(np.arccos(np.clip(alignments[link], -1.0, 1.0))), link
+    alignment, link = _least_aligned(frames, periodic)
+    return float(np.arccos(np.clip(alignment, -1.0, 1.0))), link
 
 
-def _alignments(frames: np.ndarray, period: float) -> np.ndarray:
-    """cos α = (Σ_a e_a·e_a′ − 1)/2 of every link, α the angle between its frames."""
-    ahead = np.roll(frames, -1, axis=0) if period > 0.0 else frames[1:]
-    return 0.5 * (np.einsum("iak,iak->i", frames[: len(ahead)], ahead) - 1.0)
+@kernel
+def _least_aligned(frames, periodic):
+    """The least cos α = (Σ_a e_a·e_a′ − 1)/2 of a link, α between its frames, and which link."""
+    count = frames.shape[0]
+    least, which = np.inf, 0
+    for link in range(count if periodic else count - 1):
+        ahead = (link + 1) % count
+        total = -1.0
+        for a in range(3):
+            for k in range(3):
+                total += frames[link, a, k] * frames[ahead, a, k]
+        if 0.5 * total < least:
+            least, which = 0.5 * total, link
+    return least, which
 
 
-def _least_alignment(frames: np.ndarray, period: float) -> float:
-    return float(_alignments(frames, period).min())
+def _least_alignment(frames: np.ndarray, periodic: bool) -> float:
+    return _least_aligned(frames, periodic)[0]
 
 
-def _largest_move(before: np.ndarray, after: np.ndarray) -> float:
+@kernel
+def _largest_move(before, after):
     """How far a sphere has moved at most, beside the motion of all."""
-    moves = after - before
-    moves -= moves.mean(axis=0)
-    return float(np.sqrt(np.einsum("ik,ik->i", moves, moves).max()))
+    count = before.shape[0]
+    mean = np.zeros(3)
+    for i in range(count):
+        for k in range(3):
+            mean[k] += (after[i, k] - before[i, k]) / count
+    largest = 0.0
+    for i in range(count):
+        square = 0.0
+        for k in range(3):
+            square += (after[i, k] - before[i, k] - mean[k]) ** 2
+        largest = max(largest, square)
+    return np.sqrt(largest)
 
 
 def _chord_distances(first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

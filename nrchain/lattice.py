@@ -34,6 +34,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from nrchain.arguments import finite_array
 from nrchain.errors import SceneError
 from nrchain.lattice_sums import Reach, power_sum
 from nrchain.scene import Scene
@@ -160,7 +161,8 @@ def steady_stress(scene: Scene, spheres: int | None = None) -> NDArray[np.float6
 
 def _read(scene: Scene, wavenumbers: ArrayLike) -> tuple[StraightChain, NDArray[np.float64]]:
     """The chain and the phases qd."""
-    return StraightChain(scene), np.asarray(wavenumbers, float) * scene.chain.spacing
+    waves = finite_array("wavenumbers", wavenumbers)
+    return StraightChain(scene), waves * scene.chain.spacing
 
 
 def _crossing_pairs(power: int, reach: Reach, spheres: int | None) -> float:

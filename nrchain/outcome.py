@@ -32,7 +32,8 @@ _ADVICE = {
     Cause.TOUCH: "name a repulsion in [steric] to go on through contacts, stiffen the chain, or "
     "weaken the slip",
     Cause.TURN: "raise elasticity.twist and elasticity.bend, or weaken the slip: beyond a quarter "
-    "turn the springs of a link pull it on",
+    "turn the springs of a link pull it on. The paper's springs soften from an eighth of a turn "
+    "on: elasticity.measure = 'isotropic' holds larger bends",
     Cause.CHART: "tighten run.rtol and run.atol, so that a step turns no sphere by half a turn",
     Cause.STEP: "loosen run.rtol and run.atol, lower elasticity.ratio, or see in the last poses "
     "what has become fast",

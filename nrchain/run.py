@@ -137,9 +137,7 @@ class _Run:
             self._go_over(reached)
             if self.next == len(self.times):
                 break
-            # the integrator goes on from the end of its step, wherever it was asked for poses
-            y = self.integrator.at(reached)
-            turned = self.chain.largest_turn(y)
+            turned = self.chain.largest_turn(self.integrator.at(reached))
             if not turned < CHART_LIMIT:
                 raise Stop(Cause.CHART, self.time, "a step has turned a sphere by a half turn")
             if self.fresh_steps >= RESTART_STEPS and self._stalled():
@@ -170,14 +168,15 @@ class _Run:
     def _go_over(self, reached: float) -> None:
         """Record what is due in the step just taken; end it where an event does."""
         end = min(reached, float(self.times[-1]))
-        stop = self.guard.watch(self.time, self.positions, end, self._poses_at)
+        poses = self._poses_at(end)
+        stop = self.guard.watch(self.time, self.positions, end, poses, self._poses_at)
         until = end if stop is None else stop.time
         while self.next < len(self.times) and self.times[self.next] <= until:
             due = float(self.times[self.next])
             self._record(due, *self._poses_at(due))
         if stop is None or stop.cause is not Cause.NOT_FINITE:
             self.time = until
-            self.positions, self.frames = self._poses_at(until)
+            self.positions, self.frames = poses if stop is None else self._poses_at(until)
         if stop is not None:
             raise stop
 

@@ -68,6 +68,10 @@ DEFAULT_RATIO = 1e7
 """R of the stiffness rule when a scene gives no stiffness; the paper's for its snapshots."""
 
 
+LARGEST_OFFSET = 1e6
+"""Of a start, in spacings: of larger ones, rounding leaves too little of a link's rest length."""
+
+
 class Drag(NamedTuple):
     """γ_T = 6πηa and γ_R = 8πηa³ of one sphere."""
 
@@ -150,6 +154,7 @@ class Scene(Section):
         self._check_range()
         if self.effects:
             self._check_effects()
+        self._check_start()
 
     def _check_strengths(self) -> None:
         """Refuse strengths that are neither one nor one a sphere."""
@@ -177,6 +182,28 @@ class Scene(Section):
                     " choose friction = 'one-body', or free or clamped ends"
                 )
                 raise SceneError(effect.key, effect.detail(self), allowed)
+
+    def _check_start(self) -> None:
+        """Refuse a wave that the lattice of spheres cannot hold, and offsets beyond all meaning."""
+        start, spacing = self.start, self.chain.spacing
+        if start.shape == "straight":
+            return
+        if abs(start.amplitude) > LARGEST_OFFSET * spacing:
+            allowed = f"must be no more than {LARGEST_OFFSET:g} times chain.spacing = {spacing!r}"
+            raise SceneError("start.amplitude", start.amplitude, allowed)
+        shortest = self.length / spacing / (2 if self.chain.ends == "periodic" else 1)
+        excess = start.wavenumber / shortest - 1.0
+        if start.shape == "sine" and abs(excess) < 1e-9:
+            allowed = (
+                f"must be below {shortest:g}: a sine of that wavenumber is zero at every sphere"
+            )
+            raise SceneError("start.wavenumber", start.wavenumber, allowed)
+        if start.shape != "random" and excess > 1e-9:
+            allowed = (
+                f"must be at most {shortest:g}, a wave two spheres long: of a shorter one the"
+                " spheres show another"
+            )
+            raise SceneError("start.wavenumber", start.wavenumber, allowed)
 
     def _check_periodic(self) -> None:
         """Refuse what cannot be repeated along x."""

@@ -19,7 +19,7 @@ import sys
 from collections.abc import Callable, Iterable, Mapping
 from typing import Annotated, Any, ClassVar, Self, get_args, get_origin, get_type_hints
 
-from nrchain.errors import SceneError
+from nrchain.errors import NOT_GIVEN, SceneError
 
 Rule = Callable[[str, Any], Any]
 
@@ -38,12 +38,14 @@ def rule(
     return read
 
 
-def number(*, above: float = -math.inf, least: float = -math.inf, most: float = math.inf) -> Rule:
-    """A finite number with above < x and least ≤ x ≤ most, kept as a float."""
+def number(
+    *, above: float = -math.inf, least: float = -math.inf, most: float = math.inf, reason: str = ""
+) -> Rule:
+    """A finite number with above < x and least ≤ x ≤ most, kept as a float; ``reason`` says why."""
     bounds = (("above", above), ("at least", least), ("at most", most))
     words = " and ".join(f"{word} {bound:g}" for word, bound in bounds if math.isfinite(bound))
     return rule(
-        "a finite number" + (words and ", " + words),
+        "a finite number" + (words and ", " + words) + (reason and ": " + reason),
         lambda v: _is_number(v) and above < v and least <= v <= most,
         float,
     )
@@ -131,8 +133,10 @@ def section(kind: type[Section]) -> Rule:
     def read(key: str, value: Any) -> Any:
         if isinstance(value, kind):
             return value
-        if value is None or isinstance(value, Mapping):
-            return kind.from_mapping(value or {})
+        if value is None or value is NOT_GIVEN:
+            return kind.from_mapping({})
+        if isinstance(value, Mapping):
+            return kind.from_mapping(value)
         raise SceneError(key, value, f"must be a table or a {kind.__name__}")
 
     return read
@@ -181,7 +185,7 @@ class Section:
             if name not in known:
                 raise unknown(cls.key(name), value, known, cls.spellings())
         given = {name: value for name, value in table.items() if value is not None}
-        return cls(**dict.fromkeys(_required(cls)) | given)
+        return cls(**dict.fromkeys(_required(cls), NOT_GIVEN) | given)
 
     def to_mapping(self) -> dict[str, Any]:
         """The raw table of the section, keys that are None left out."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, Self, cast
 
 from nrchain import slip_modes
-from nrchain.errors import SceneError
+from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.scene_rules import (
     Section,
     choice,
@@ -38,8 +38,9 @@ PYSTOKES_MODES = ("2s", "3a", "3t", "4a")
 """The modes that PyStokes has a routine for."""
 
 _E1 = (1.0, 0.0, 0.0)
+_ROUNDED = "coordinates are rounded to 1e-16 of themselves, and below no step would be accepted"
 _STRENGTH = one_or_each(number())
-_NEIGHBOURS = rule(
+NEIGHBOURS = rule(
     "a whole number of at least 1, or 'all'",
     lambda v: v == "all" or (is_whole(v) and 1 <= v < 2**63),
 )
@@ -128,7 +129,7 @@ class ElasticitySpec(Section):
         if len(given) == 1:
             missing = "shear" if given == ["stretch"] else "stretch"
             allowed = f"must be given along with elasticity.{given[0]}, or both left to the ratio"
-            raise SceneError(f"elasticity.{missing}", None, allowed)
+            raise SceneError(f"elasticity.{missing}", NOT_GIVEN, allowed)
 
 
 def _read_modes(key: str, value: Any) -> SlipModes:
@@ -144,7 +145,15 @@ def _read_slip(label: str, given: Any) -> Slip | None:
     key = SlipSpec.key(label)
     labels = [mode.label for mode in slip_modes.modes()]
     if label not in labels:
-        raise unknown(key, given, [*SlipSpec.spellings(), *labels])
+        refusal = unknown(key, given, [*SlipSpec.spellings(), *labels])
+        if slip_modes.is_label(label):
+            allowed = (
+                f"{refusal.allowed}. A mode of one's own must be registered again, with"
+                " nrchain.register, in every process before a scene or a trajectory that names it"
+                " is opened"
+            )
+            raise SceneError(key, given, allowed)
+        raise refusal
     if given is None or isinstance(given, Slip):
         return given
     if not isinstance(given, Mapping):
@@ -165,7 +174,7 @@ class SlipSpec(Section):
 
     path: ClassVar[str] = "slip"
     modes: Annotated[Mapping[str, Slip], _read_modes] = SlipModes()
-    neighbours: Annotated[int | Literal["all"], _NEIGHBOURS] = 1
+    neighbours: Annotated[int | Literal["all"], NEIGHBOURS] = 1
     finite_size: Annotated[bool, flag()] = False
     backend: Annotated[Backend, choice(Backend)] = "native"
 
@@ -205,7 +214,7 @@ class FrictionSpec(Section):
 
     path: ClassVar[str] = "friction"
     kind: Annotated[Kind, choice(Kind)] = "one-body"
-    neighbours: Annotated[int | Literal["all"], _NEIGHBOURS] = "all"
+    neighbours: Annotated[int | Literal["all"], NEIGHBOURS] = "all"
     backend: Annotated[Backend, choice(Backend)] = "native"
 
 
@@ -261,13 +270,22 @@ def read_effects(key: str, value: Any) -> EffectSections:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StartSpec(Section):
-    """The shape at t = 0: amplitude a length, wavenumber in units of π/L (periodic: 2π/L)."""
+    """The shape at t = 0: amplitude a length, wavenumber in units of π/L (periodic: 2π/L).
+
+    A negative amplitude of a sine or a helix shifts its phase by half a turn; that of a random
+    shape is a standard deviation, and not negative.
+    """
 
     path: ClassVar[str] = "start"
     shape: Annotated[Shape, choice(Shape)] = "straight"
     amplitude: Annotated[float, number()] = 0.1
     wavenumber: Annotated[float, number(above=0)] = 1.0
     seed: Annotated[int, whole(least=0)] = 0
+
+    def check(self) -> None:
+        if self.shape == "random" and self.amplitude < 0:
+            allowed = "must be at least 0 for a random shape, whose standard deviation it is"
+            raise SceneError("start.amplitude", self.amplitude, allowed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -276,6 +294,8 @@ class RunSpec(Section):
 
     ``rtol`` and ``atol`` are tolerances per step, the latter in radii and radians; the error at the
     end is some tens to some hundreds of times as large with the backward differences of ``cvode``.
+    Below 1e-14 an ``atol`` asks for less than coordinates of the size of a radius can hold: the
+    implicit equations of a step are then never solved, and steps shrink without end.
     ``max_steps`` and ``max_seconds`` are what one run, or one resumption of it, may spend.
     """
 
@@ -283,7 +303,7 @@ class RunSpec(Section):
     end: Annotated[float, number(above=0)]
     snapshots: Annotated[int, whole(least=2)] = 101
     rtol: Annotated[float, number(least=1e-14, most=1e-1)] = 1e-7
-    atol: Annotated[float, number(above=0, most=1e-1)] = 1e-7
+    atol: Annotated[float, number(least=1e-14, most=1e-1, reason=_ROUNDED)] = 1e-7
     integrator: Annotated[Integrator, choice(Integrator)] = "cvode"
     max_steps: Annotated[int | None, optional(whole(least=1))] = None
     max_seconds: Annotated[float | None, optional(number(above=0))] = None

@@ -17,13 +17,13 @@ the paper's: they differ from slip speeds by the factors noted in the README.
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
 from nrchain.errors import SceneError
+from nrchain.scene_rules import did_you_mean
 
 BASIS = ("n", "e", "x")
 """The three vectors of a flow: n, e and x = e × n."""
@@ -81,7 +81,7 @@ class SlipMode:
 
     def _check(self) -> None:
         """Refuse what is not a Stokes flow of the symmetry stated, before it enters any kernel."""
-        if not _LABEL.fullmatch(str(self.label)):
+        if not is_label(self.label):
             allowed = "must be a digit followed by letters, digits or _, such as '4t'"
             raise SceneError("slip mode label", self.label, allowed)
         key = f"velocity of mode {self.label}"
@@ -124,6 +124,11 @@ class SlipMode:
         The finite-size factors leave it as it is for a biharmonic flow, whose curl is harmonic.
         """
         return _scale(curl(self.flow(finite_size)), Fraction(1, 2))
+
+
+def is_label(text: object) -> bool:
+    """Whether a text may be the label of a mode, known or not."""
+    return _LABEL.fullmatch(str(text)) is not None
 
 
 def curl(table: PairTable) -> PairTable:
@@ -240,10 +245,9 @@ def modes() -> tuple[SlipMode, ...]:
 
 def find(label: str) -> SlipMode:
     """The mode of a label; unknown labels raise with the nearest known one."""
-    if label in _MODES:
+    if isinstance(label, str) and label in _MODES:
         return _MODES[label]
-    near = difflib.get_close_matches(str(label), _MODES, n=1, cutoff=0.3)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
+    hint = did_you_mean(label, _MODES)
     raise SceneError("slip mode", label, f"known modes are {', '.join(_MODES)}{hint}")
 
 

@@ -6,16 +6,18 @@ import os
 
 import numpy as np
 
+from nrchain.arguments import a_scene, finite_array, rotations
 from nrchain.chain import closest_pair, initial_poses
 from nrchain.errors import SceneError
 from nrchain.guard import contact_distance, has_turning_springs, most_turned_link
+from nrchain.h5md import refuse_snapshots
 from nrchain.scene import Scene
 
-POSE_BYTES, SOLVER_BYTES = 12 * 8, 12_000
-"""Memory of one sphere in a snapshot, and in an integrator with nearest neighbours."""
+SOLVER_BYTES = 12_000
+"""Memory of one sphere in an integrator with nearest neighbours."""
 
-ORTHONORMAL = 1e-8
-"""How far the products of given frame vectors may be from 0 and 1."""
+MORE_NEIGHBOURS = 8
+"""How many more neighbours are tried for a cut of the friction that holds."""
 
 LARGEST_COORDINATE = 1e100
 """Beyond this the squares of distances leave the range of floats."""
@@ -27,54 +29,42 @@ def starting_poses(
     """The poses (N, 3) and (N, 3, 3) that a run starts from: the scene's, or the ones given.
 
     Raises :class:`~nrchain.errors.SceneError` for poses of the wrong shape, that are not finite,
-    frames that are not right-handed and orthonormal to 1e-8, spheres that overlap, and links
-    turned by more than a quarter turn against the springs of twist and bend.
+    frames that are not right-handed and orthonormal to 1e-8, spheres that overlap, links turned by
+    more than a quarter turn against the springs of twist and bend, and friction between spheres
+    cut where its mobility is not positive definite.
     """
-    _refuse_size(scene)
+    _refuse_size(a_scene(scene))
     with np.errstate(all="ignore"):
         built = initial_poses(scene)
     count = scene.chain.particles
-    points = _checked("positions", positions, built[0], (count, 3))
-    rotations = _checked("frames", frames, built[1], (count, 3, 3))
-    gram = np.einsum("nak,nbk->nab", rotations, rotations)
-    if np.abs(gram - np.eye(3)).max() > ORTHONORMAL or np.linalg.det(rotations).min() < 0:
-        raise SceneError(
-            "frames", "not rotations", "rows must be orthonormal and right-handed to 1e-8"
-        )
+    points = _finite("start" if positions is None else "positions", positions, built[0])
+    turns = rotations(built[1] if frames is None else frames, count).copy()
     _refuse_overlap(scene, points, scene.start.shape if positions is None else "positions")
-    _refuse_turns(scene, rotations, scene.start.shape if frames is None else "frames")
-    return points, rotations
+    _refuse_turns(scene, turns, scene.start.shape if frames is None else "frames")
+    _refuse_indefinite(scene, points)
+    return points, turns
 
 
-def _checked(
-    name: str, given: np.ndarray | None, built: np.ndarray, shape: tuple[int, ...]
-) -> np.ndarray:
-    """A copy of the array given, or the one built, if it has the shape and is finite."""
-    key = "start" if given is None else name
-    try:
-        array = np.array(built if given is None else given, float)
-    except (TypeError, ValueError):
-        raise SceneError(key, given, f"must be an array of numbers of shape {shape}") from None
-    if array.shape != shape:
-        raise SceneError(key, array.shape, f"the shape must be {shape}")
-    if not np.isfinite(array).all():
-        raise SceneError(key, "NaN or inf", f"all {name} must be finite")
-    largest = np.abs(array).max()
+def _finite(key: str, given: np.ndarray | None, built: np.ndarray) -> np.ndarray:
+    """A copy of the positions given, or of those built, if their squares are finite."""
+    points = finite_array(key, built if given is None else given, built.shape).copy()
+    largest = np.abs(points).max()
     if largest > LARGEST_COORDINATE:
         raise SceneError(key, float(largest), f"no coordinate may exceed {LARGEST_COORDINATE:g}")
-    return array
+    return points
 
 
 def _refuse_size(scene: Scene) -> None:
     """Refuse a scene whose trajectory and solver do not fit the memory of this machine."""
-    count, snapshots = scene.chain.particles, scene.run.snapshots
-    needed = count * (POSE_BYTES * snapshots + SOLVER_BYTES)
+    count = scene.chain.particles
     present = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    if needed > present:
-        gigabytes = f"{needed / 2**30:.3g} GiB where this machine has {present / 2**30:.3g}"
-        if POSE_BYTES * snapshots > SOLVER_BYTES:
-            raise SceneError("run.snapshots", snapshots, f"needs {gigabytes}; ask for fewer")
-        raise SceneError("chain.particles", count, f"needs {gigabytes}; ask for fewer")
+    left = present - SOLVER_BYTES * count
+    if left < 0:
+        needed, most = SOLVER_BYTES * count / 2**30, present // SOLVER_BYTES
+        allowed = f"needs {needed:.3g} GiB to be integrated, where this machine has "
+        allowed += f"{present / 2**30:.3g}; {most} would fit"
+        raise SceneError("chain.particles", count, allowed)
+    refuse_snapshots(scene, left, "in this machine")
 
 
 def _refuse_overlap(scene: Scene, positions: np.ndarray, shape: str) -> None:
@@ -99,3 +89,24 @@ def _refuse_turns(scene: Scene, frames: np.ndarray, shape: str) -> None:
             f"link {link} is turned by {angle:.4g} rad; from a quarter turn on the springs of "
             "twist and bend would pull it on towards a half turn",
         )
+
+
+def _refuse_indefinite(scene: Scene, positions: np.ndarray) -> None:
+    """Refuse a cut of the friction between spheres that lets a passive chain gain energy."""
+    from nrchain.hydrodynamics.definiteness import DEFINITE, is_cut, least_mobility
+
+    if not is_cut(scene):
+        return
+    least = least_mobility(scene, positions)
+    if least >= DEFINITE:
+        return
+    cut = int(scene.friction.neighbours)
+    more = range(cut + 1, min(cut + MORE_NEIGHBOURS, scene.chain.particles - 2) + 1)
+    holds = next((k for k in more if least_mobility(scene, positions, k) >= DEFINITE), None)
+    raise SceneError(
+        "friction.neighbours",
+        cut,
+        f"cut there, the mobility of this start is not positive definite: its least eigenvalue is "
+        f"{least:.2g} of that of a sphere by itself, and even a passive chain would gain energy; "
+        "must be 'all'" + (f", or {holds}, which holds here" if holds else ""),
+    )

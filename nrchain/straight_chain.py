@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nrchain import slip_modes
+from nrchain.arguments import a_scene
 from nrchain.effects.base import Effect
 from nrchain.effects.cosserat import REACH, TERMS, Elasticity, terms_of
 from nrchain.effects.registry import acting
@@ -55,7 +56,7 @@ class StraightChain:
     """
 
     def __init__(self, scene: Scene) -> None:
-        self.scene = scene
+        self.scene = a_scene(scene)
         self.reach: Reach = scene.slip.neighbours
         self.twists: dict[int, np.ndarray] = {}
         self.blocks: dict[int, np.ndarray] = {}

@@ -11,6 +11,9 @@ import nrchain
 from nrchain import slip_modes
 from nrchain.errors import SceneError
 from nrchain.model import Model
+from nrchain.plan import plan
+from nrchain.regime import warnings
+from nrchain.rod import beam_rates, continuum_operator, discrete_operator, transverse
 
 ALL = {"2s": 1.5, "3a": -2.0, "3t": 0.7, "4a": 1.1}
 
@@ -96,6 +99,22 @@ def test_viscosity_scales_wrenches_only():
         ({"positions": np.zeros((5, 2))}, "positions"),
         ({"positions": np.zeros((5, 3))}, "one place"),
         ({"frames": np.ones((5, 3, 3))}, "orthonormal"),
+        ({"frames": None}, "frames"),
+        ({"positions": "here"}, "positions"),
+        ({"slip": None}, r"^slip = None: must be a table of mode labels"),
+        ({"slip": [1.0]}, r"^slip = \[1.0\]: must be a table"),
+        ({"slip": "2s"}, "^slip = '2s': must be a table"),
+        ({"slip": {"2s": None}}, r"slip\['2s'\] = None: must be numbers"),
+        ({"slip": {"2s": "strong"}}, r"slip\['2s'\] = 'strong'"),
+        ({"slip": {"2s": "5"}}, r"slip\['2s'\] = '5'"),
+        ({"slip": {"2s": True}}, r"slip\['2s'\] = True"),
+        ({"slip": {"2s": [True] * 5}}, r"slip\['2s'\]"),
+        ({"slip": {"2s": [[1.0], 2.0]}}, r"slip\['2s'\]"),
+        ({"slip": {"2s": {"strength": 1.0, "axes": [1, 0, 0]}}}, r"slip\['2s'\].axes.*'axis'"),
+        ({"slip": {"2s": {}}}, r"slip\['2s'\].strength is not given"),
+        ({"slip": {2: 1.0}}, "slip mode = 2: known modes"),
+        ({"finite_size": "no"}, "finite_size = 'no': must be true or false"),
+        ({"radius": True}, "radius = True"),
     ],
 )
 def test_bad_arguments_are_named(changes, message):
@@ -103,6 +122,53 @@ def test_bad_arguments_are_named(changes, message):
     arguments = {"positions": positions, "frames": frames, "slip": ALL} | changes
     with pytest.raises(SceneError, match=message):
         nrchain.active_wrenches(**arguments)
+
+
+def test_a_slip_may_be_the_table_of_a_scene_file():
+    positions, frames = random_chain(5)
+    table = {"strength": [1.0, 2.0, 3.0, 4.0, 5.0], "axis": [0.0, 3.0, 4.0]}
+    slip = nrchain.Slip((1.0, 2.0, 3.0, 4.0, 5.0), axis=(0.0, 3.0, 4.0))
+    np.testing.assert_array_equal(
+        active(positions, frames, {"3a": table}), active(positions, frames, {"3a": slip})
+    )
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        nrchain.simulate,
+        nrchain.describe,
+        nrchain.steady_velocity,
+        nrchain.steady_stress,
+        nrchain.Rod.of,
+        lambda scene: nrchain.lattice_rates(scene, [0.1]),
+        plan,
+        warnings,
+    ],
+)
+@pytest.mark.parametrize("given", [None, "buckling", {"chain": {"particles": 4}}, 3])
+def test_what_is_no_scene_is_refused_with_how_to_come_by_one(call, given):
+    with pytest.raises(SceneError, match="load_scene makes one") as caught:
+        call(given)
+    assert caught.value.key == "scene"
+
+
+@pytest.mark.parametrize("waves", ["all", [0.1, "x"], float("nan"), [0.1, np.inf], None, 1j])
+def test_wavenumbers_are_finite_numbers(waves):
+    scene = nrchain.load_scene("buckling")
+    rod = nrchain.Rod.of(scene)
+    for call in (nrchain.lattice_rates, nrchain.lattice_operator):
+        with pytest.raises(SceneError, match="wavenumbers"):
+            call(scene, waves)
+    for law in (discrete_operator, continuum_operator, beam_rates, transverse):
+        with pytest.raises(SceneError, match="wavenumbers"):
+            law(rod, waves)
+
+
+@pytest.mark.parametrize("law", [discrete_operator, continuum_operator, beam_rates, transverse])
+def test_one_wavenumber_gives_what_a_list_of_it_does(law):
+    rod = nrchain.Rod.of(nrchain.load_scene("buckling"))
+    np.testing.assert_array_equal(law(rod, 0.03), law(rod, [0.03])[0])
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ def scene_of(count=3, **changes):
 def watch(scene, path, begin, end):
     """What the guard says of a step in which ``path(time)`` gives positions and frames."""
     before = path(begin)[0]
-    return Guard(scene, before).watch(begin, before, end, path)
+    return Guard(scene, before).watch(begin, before, end, path(end), path)
 
 
 def straight_line(velocity, offset=0.0):

@@ -50,6 +50,8 @@ class Effect:
         The scene key that calls for it.
     summary, equation
         One line each.
+    absence
+        What is said of a scene without it; the summary unless given.
     gives
         ``"wrench"`` or ``"twist"``; ``"mobility"`` for what turns the wrenches of others to twists.
     Section
@@ -72,6 +74,7 @@ class Effect:
     key: ClassVar[str]
     summary: ClassVar[str]
     equation: ClassVar[str]
+    absence: ClassVar[str]
     gives: ClassVar[Literal["wrench", "twist", "mobility"]] = "wrench"
     Section: ClassVar[type[Section] | None] = None
     example: ClassVar[Mapping[str, Any]] = {}
@@ -79,6 +82,10 @@ class Effect:
     carries: ClassVar[bool] = False
     fused: ClassVar[bool] = False
     places: int | None = None
+
+    def __init_subclass__(cls) -> None:
+        if not hasattr(cls, "absence") and hasattr(cls, "summary"):
+            cls.absence = cls.summary
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene

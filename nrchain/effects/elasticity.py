@@ -18,6 +18,7 @@ class ElasticTerm(Effect):
     Evaluated by itself it goes through the kernels of the scene, with the other moduli zero.
     """
 
+    absence = "modulus 0"
     fused = True
 
     def __init__(self, scene: Scene) -> None:

@@ -21,7 +21,7 @@ import numpy as np
 from nrchain._compile import kernel
 from nrchain.effects.base import Cost, Effect
 from nrchain.effects.registry import register_effect
-from nrchain.errors import SceneError
+from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.near_pairs import near_pairs
 from nrchain.scene import Scene
 from nrchain.scene_rules import Section, choice, number, optional
@@ -206,7 +206,7 @@ class StericSpec(Section):
 
     def check(self) -> None:
         if self.acts and self.strength is None:
-            raise SceneError("steric.strength", None, "must be given along with steric.kind")
+            raise SceneError("steric.strength", NOT_GIVEN, "must be given along with steric.kind")
         for name in ("strength", "range"):
             if not self.acts and getattr(self, name) is not None:
                 allowed = "acts only with a repulsion: name steric.kind, 'wca' or 'harmonic'"
@@ -219,6 +219,7 @@ class Steric(Effect):
 
     name = "steric repulsion"
     summary = "spheres that come near each other push each other away"
+    absence = "a run stops where spheres touch"
     equation = "V = Σ_{i<j} φ(|r_i − r_j|), for r < c"
     Section = StericSpec
     example = {"steric": {"kind": "harmonic", "strength": 100.0, "range": 3.0}}  # noqa: RUF012

@@ -39,9 +39,10 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.spatial.distance import pdist
 
+from nrchain.arguments import finite_array
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics import lamb
-from nrchain.hydrodynamics.surface_slip import SlipLike, SurfaceSlip, finite_array, surface_slip
+from nrchain.hydrodynamics.surface_slip import SlipLike, SurfaceSlip, surface_slip
 
 Pair: TypeAlias = tuple[np.ndarray, np.ndarray]
 """Velocities and angular velocities, or forces and torques: (N, 3) each, lab frame."""

@@ -8,7 +8,8 @@ from typing import TypeAlias
 import numpy as np
 
 from nrchain import slip_modes
-from nrchain.errors import SceneError
+from nrchain.arguments import given_slips, rotations
+from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.scene import Slip
 from nrchain.slip_modes import SlipMode
 
@@ -51,16 +52,13 @@ def surface_slip(slip: SlipLike, frames: np.ndarray | None, count: int) -> Surfa
     """
     if callable(slip):
         return slip
-    modes = []
-    for label, given in slip.items():
-        mode = slip_modes.find(label)
-        settings = given if isinstance(given, Slip) else None
-        strength = np.asarray(given if settings is None else settings.strength, float)
-        shape = () if strength.ndim == 0 else (count,)
-        strengths = np.broadcast_to(finite_array(f"slip[{label!r}]", strength, shape), count)
-        axis = np.array([1.0, 0.0, 0.0] if settings is None else settings.axis)
-        axes = axis / np.linalg.norm(axis) @ _rotations(frames, count)
-        modes.append((mode, strengths, axes))
+    slips = given_slips(slip, count)
+    if slips and frames is None:
+        raise SceneError("frames", NOT_GIVEN, f"must be rotations of shape ({count}, 3, 3)")
+    modes = [
+        (slip_modes.find(label), strengths, axis @ rotations(frames, count))
+        for label, strengths, axis in slips
+    ]
 
     def velocities(sphere: int, normals: np.ndarray) -> np.ndarray:
         total = np.zeros_like(normals)
@@ -69,25 +67,3 @@ def surface_slip(slip: SlipLike, frames: np.ndarray | None, count: int) -> Surfa
         return total
 
     return velocities
-
-
-def finite_array(name: str, given: object, shape: tuple[int | None, ...]) -> np.ndarray:
-    """The array of floats of that shape (None: any size), or a SceneError that names it."""
-    named = ", ".join("N" if size is None else str(size) for size in shape)
-    try:
-        array = np.array(given, float)
-    except (TypeError, ValueError):
-        raise SceneError(name, given, f"must be numbers of shape ({named})") from None
-    sizes = zip(shape, array.shape, strict=False)
-    if array.ndim != len(shape) or any(want not in (None, have) for want, have in sizes):
-        raise SceneError(name, array.shape, f"the shape must be ({named})")
-    if not np.isfinite(array).all():
-        raise SceneError(name, "NaN or inf", "all numbers must be finite")
-    return array
-
-
-def _rotations(frames: np.ndarray | None, count: int) -> np.ndarray:
-    rows = finite_array("frames", frames, (count, 3, 3))
-    if np.abs(rows @ rows.transpose(0, 2, 1) - np.eye(3)).max() > 1e-8:
-        raise SceneError("frames", "not rotations", "rows must be orthonormal to 1e-8")
-    return rows

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from difflib import get_close_matches
 from importlib import import_module
 from typing import TYPE_CHECKING
 
 from nrchain.errors import SceneError
+from nrchain.scene_rules import did_you_mean
 
 if TYPE_CHECKING:
     from nrchain.integrators.base import Integrator
@@ -33,6 +33,5 @@ def check_integrator(name: str) -> None:
     """Refuse a name that is no integrator's, without importing any."""
     if name in INTEGRATORS:
         return
-    near = get_close_matches(str(name), INTEGRATORS, n=1)
-    hint = f"did you mean {near[0]!r}? " if near else ""
-    raise SceneError("run.integrator", name, f"{hint}must be one of {', '.join(INTEGRATORS)}")
+    hint = did_you_mean(name, INTEGRATORS)
+    raise SceneError("run.integrator", name, f"must be one of {', '.join(INTEGRATORS)}{hint}")

@@ -27,7 +27,7 @@ class Cvode(Integrator):
 
     def __init__(self, chain: ChartedChain, end: float, rtol: float, atol: np.ndarray) -> None:
         super().__init__(chain, end, rtol, atol)
-        self._time = 0.0
+        self._reached, self._astray = (0.0, np.empty(0)), False
         self._solver = CVODE(
             self._rates,
             method="BDF",
@@ -58,19 +58,30 @@ class Cvode(Integrator):
         self.chain.product(vector, out)
 
     def start(self, time: float, y: np.ndarray) -> None:
-        self._time = time
+        self._reached, self._astray = (time, y.copy()), False
         self._solver.init_step(time, y)
 
     def step(self) -> float:
+        self._return_to_end()
         result = self._solver.step(self.end, method="onestep")
         if not result.success:
             raise IntegrationError(f"{result.message} (t = {result.t:.6g})")
         self.steps += 1
-        self._time = float(result.t)
-        return self._time
+        self._reached = float(result.t), result.y
+        return self._reached[0]
 
     def at(self, time: float) -> np.ndarray:
+        reached, y = self._reached
+        if time == reached:
+            return y
+        self._astray = True
         result = self._solver.step(time, method="normal")
         if not result.success:
             raise IntegrationError(result.message)
         return result.y
+
+    def _return_to_end(self) -> None:
+        """CVODE goes on from where it was last asked for y, which must be the end of its step."""
+        if self._astray:
+            self._solver.step(self._reached[0], method="normal")
+            self._astray = False

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from nrchain.arguments import finite_array
 from nrchain.errors import SceneError
 from nrchain.rod.parameters import Rod
 
@@ -53,19 +54,19 @@ OPTICAL = {
 
 def transverse(rod: Rod, wavenumbers: ArrayLike, hand: int = 1) -> Complex:
     """Λ = −(κ_R/Γ^T) q⁴ + Σ_modes: bending waves of a hand, for λ⊥ → ∞ (Eq. pass_ac and others)."""
-    q = np.asarray(wavenumbers, float)
+    q = finite_array("wavenumbers", wavenumbers)
     return _active(TRANSVERSE, rod, q, hand) - rod.kappa_R[1] / rod.Gamma_T * q**4
 
 
 def longitudinal(rod: Rod, wavenumbers: ArrayLike) -> Complex:
     """Λ = −(κ_T∥/Γ^T) q² + Σ_modes: waves of u_x (Eq. 3t_long_tr_disp)."""
-    q = np.asarray(wavenumbers, float)
+    q = finite_array("wavenumbers", wavenumbers)
     return _active(LONGITUDINAL, rod, q, 1) - rod.kappa_T[0] / rod.Gamma_T * q**2
 
 
 def twisting(rod: Rod, wavenumbers: ArrayLike) -> Complex:
     """Λ = −(κ_R∥/Γ^R) q²: waves of φ_x, which no uniaxial slip feels."""
-    q = np.asarray(wavenumbers, float)
+    q = finite_array("wavenumbers", wavenumbers)
     return (-rod.kappa_R[0] / rod.Gamma_R * q**2).astype(complex)
 
 

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from nrchain.arguments import finite_array
 from nrchain.errors import SceneError
 from nrchain.rod.moduli import moduli
 from nrchain.rod.parameters import Rod
@@ -95,7 +96,7 @@ def discrete_operator(
 ) -> Complex:
     """M(q) (..., 6, 6) of the linearised equations of the discrete chain (Appendix C)."""
     _check(misprints)
-    theta = np.asarray(wavenumbers, float) * rod.spacing
+    theta = finite_array("wavenumbers", wavenumbers) * rod.spacing
     operator = _elastic_chain(rod, theta, divided="differences" in misprints)
     stencils = {
         "second": -2.0 * (1.0 - np.cos(theta)),
@@ -111,7 +112,7 @@ def discrete_operator(
             if name in misprints:
                 term = printed
             size = float(term.coefficient) * rod.radius**term.radius / rod.spacing**term.spacing
-            entry = strength * size * stencils[term.stencil][..., None, None]
+            entry = strength * size * np.asarray(stencils[term.stencil])[..., None, None]
             operator[..., rows[term.row], columns[term.of]] += entry * _TENSORS[term.tensor]
     return operator
 
@@ -120,7 +121,7 @@ def differences(theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(d C¹, C⁰) on exp(iqx), at midpoints: C¹ ≈ iq and C⁰ ≈ 1 to fourth order in θ = qd."""
     half = np.asarray(theta) / 2.0
     first = 2j * (27.0 * np.sin(half) - np.sin(3.0 * half)) / 24.0
-    return first, (9.0 * np.cos(half) - np.cos(3.0 * half)) / 8.0
+    return np.asarray(first), np.asarray((9.0 * np.cos(half) - np.cos(3.0 * half)) / 8.0)
 
 
 def _elastic_chain(rod: Rod, theta: np.ndarray, *, divided: bool) -> Complex:
@@ -150,7 +151,7 @@ def continuum_operator(
     """
     _check(misprints)
     c = moduli(rod, printed="leading moduli" in misprints)
-    slope = (1j * np.asarray(wavenumbers, float))[..., None, None]
+    slope = np.asarray(1j * finite_array("wavenumbers", wavenumbers))[..., None, None]
     curve = slope**2
     (stretching, shearing), (twisting, bending) = rod.kappa_T, rod.kappa_R
     sheared = c["C_par_F_eps"] if "2s torque" in misprints else c["C_perp_F_eps"]
@@ -202,7 +203,7 @@ def beam_rates(rod: Rod, wavenumbers: ArrayLike, *, misprints: Collection[str] =
     hand, and moves with Λ = v†Γ M v / v†Γ v, because the force that keeps it unsheared does no
     work on it. Exact in qd, in V and in a/d; equal to the rates at finite λ⊥ up to 1/λ⊥.
     """
-    theta = np.asarray(wavenumbers, float) * rod.spacing
+    theta = finite_array("wavenumbers", wavenumbers) * rod.spacing
     soft = Rod(
         radius=rod.radius,
         spacing=rod.spacing,

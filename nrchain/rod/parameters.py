@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Self
 
 from nrchain import slip_modes
+from nrchain.arguments import a_scene
 from nrchain.errors import SceneError
 from nrchain.scene import Scene
 from nrchain.scene_sections import SlipSpec
@@ -54,7 +55,7 @@ class Rod:
         neighbours at leading order in a/d: ``slip.neighbours`` and ``slip.finite_size`` are left
         aside here, and :mod:`nrchain.rod.reach` says what more neighbours change.
         """
-        chain, moduli = scene.chain, scene.moduli
+        chain, moduli = a_scene(scene).chain, scene.moduli
         strengths: dict[str, float] = {}
         for label, slip in scene.slip.modes.items():
             key, given = SlipSpec.key(label), slip.strength

@@ -1,0 +1,103 @@
+"""What public functions are given: arrays, frames, slips and scenes, each checked in one place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nrchain import slip_modes
+from nrchain.errors import SceneError
+from nrchain.scene import Scene, Slip
+
+ORTHONORMAL = 1e-8
+"""How far the products of given frame vectors may be from 0 and 1."""
+
+Shape = tuple[int | None, ...]
+"""Sizes of an array; None stands for any, which messages call N."""
+
+
+def finite_array(name: str, given: Any, shape: Shape | None = None) -> np.ndarray:
+    """The C-contiguous floats of that shape (None: of any), or a SceneError that names them.
+
+    Truth values and text are not numbers here, even where NumPy would make numbers of them.
+    """
+    words = "numbers" if shape is None else f"numbers of shape {_named(shape)}"
+    try:
+        array = np.asarray(given)
+    except (TypeError, ValueError):
+        raise SceneError(name, given, f"must be {words}") from None
+    if array.dtype.kind not in "iuf":
+        raise SceneError(name, given, f"must be {words}")
+    sizes = zip(shape or array.shape, array.shape, strict=False)
+    matches = shape is None or array.ndim == len(shape)
+    if not matches or any(want not in (None, have) for want, have in sizes):
+        raise SceneError(name, array.shape, f"the shape must be {_named(shape or ())}")
+    array = np.asarray(array, float, order="C")
+    if not np.isfinite(array).all():
+        raise SceneError(name, "NaN or inf", "all numbers must be finite")
+    return array
+
+
+def rotations(given: Any, count: int) -> np.ndarray:
+    """Frames (N, 3, 3) whose rows are orthonormal and right-handed, or a SceneError."""
+    frames = finite_array("frames", given, (count, 3, 3))
+    gram = np.einsum("nak,nbk->nab", frames, frames)
+    off = np.abs(gram - np.eye(3)).max(initial=0.0)
+    if off > ORTHONORMAL or np.linalg.det(frames).min(initial=1.0) < 0:
+        allowed = f"rows must be orthonormal and right-handed to {ORTHONORMAL:g}"
+        raise SceneError("frames", "not rotations", allowed)
+    return frames
+
+
+def a_scene(given: Any) -> Scene:
+    """The scene given, or a SceneError that says how to come by one."""
+    if not isinstance(given, Scene):
+        allowed = "must be a Scene: load_scene makes one of a name, a path or a table"
+        raise SceneError("scene", given, allowed)
+    return given
+
+
+class GivenSlip(NamedTuple):
+    """One mode of a slip: its label, the strength of each sphere (N,) and its body axis, a unit."""
+
+    label: str
+    strengths: np.ndarray
+    axis: np.ndarray
+
+
+def given_slips(slip: Any, count: int) -> list[GivenSlip]:
+    """The modes of a slip given as {label: strength, array, Slip or table of the two}.
+
+    Raises SceneError for what is no such table, unknown modes, wrong shapes, and what is not a
+    finite number.
+    """
+    if not isinstance(slip, Mapping):
+        allowed = "must be a table of mode labels, each with a strength, one a sphere, or a Slip"
+        raise SceneError("slip", slip, allowed)
+    found = []
+    for label, given in slip.items():
+        slip_modes.find(label)
+        name = f"slip[{label!r}]"
+        strength, axis = given, (1.0, 0.0, 0.0)
+        if isinstance(given, Slip | Mapping):
+            mode = given if isinstance(given, Slip) else _read_table(name, given)
+            strength, axis = mode.strength, mode.axis
+        values = finite_array(name, strength)
+        if values.ndim:
+            values = finite_array(name, strength, (count,))
+        strengths = np.broadcast_to(values, (count,))
+        found.append(GivenSlip(label, strengths, np.asarray(axis) / np.linalg.norm(axis)))
+    return found
+
+
+def _read_table(name: str, table: Mapping[str, Any]) -> Slip:
+    try:
+        return Slip.from_mapping(table)
+    except SceneError as error:
+        raise SceneError(f"{name}.{error.key}", error.value, error.allowed) from None
+
+
+def _named(shape: Shape) -> str:
+    return "(" + ", ".join("N" if size is None else str(size) for size in shape) + ")"
