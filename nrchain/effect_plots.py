@@ -43,7 +43,7 @@ def draw_effects(trajectory: Trajectory, path: str | Path) -> Path:
     with rc_context(STYLE):
         figure = Figure(figsize=(9.0, 4.6), facecolor="white", layout="constrained")
         FigureCanvasAgg(figure)
-        left, right = figure.subfigures(1, 2)
+        left, right = list(figure.subfigures(1, 2, squeeze=False).flat)
         lines = _draw_along(left.subplots(2, 1, sharex=True), trajectory)
         _draw_over_time(right.subplots(), trajectory)
         figure.legend(
@@ -77,6 +77,7 @@ def _draw_along(panels: Any, trajectory: Trajectory) -> dict[str, Any]:
             style = _style(name, list(twists))
             lines[name], *_ = axes.plot(spheres, values, marker=marker, markersize=3, **style)
         _prepare(axes, sizes)
+    panels[1].xaxis.get_major_locator().set_params(integer=True)
     panels[0].set(ylabel="$|v|$", title=f"along the chain at $t$ = {trajectory.time[-1]:.4g}")
     panels[1].set(ylabel=r"$a\,|\omega|$", xlabel="sphere")
     return {name: lines[name] for name in twists if name in lines}

@@ -244,8 +244,8 @@ class Scene(Section):
         """Every dotted key, so that one without its section is recognised."""
         from nrchain.effects.registry import section_kinds
 
-        specs = (ChainSpec, ElasticitySpec, SlipSpec, FrictionSpec, StartSpec, RunSpec)
-        kinds = (*specs, *section_kinds().values())
+        kinds: list[type[Section]] = [ChainSpec, ElasticitySpec, SlipSpec, FrictionSpec]
+        kinds += [*section_kinds().values(), StartSpec, RunSpec]
         known = (*cls.rules(), *section_kinds())
         return (*known, *(spec.key(name) for spec in kinds for name in spec.spellings()))
 

@@ -27,11 +27,11 @@ class Cost(NamedTuple):
     A pair counts twice, once for each sphere that feels the other.
     """
 
-    count: int
+    visits: int
     unit: Literal["links", "pairs", "spheres"]
 
     def __str__(self) -> str:
-        return f"{self.count} {self.unit}"
+        return f"{self.visits} {self.unit}"
 
 
 class Effect:

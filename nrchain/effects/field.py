@@ -38,6 +38,7 @@ class Field(OneBodyEffect):
 
     name = "field"
     summary = "a uniform force and torque on every sphere, in the lab or along its axes"
+    absence = "no force or torque from outside"
     equation = "F = f + Σ_a f_a e_a, T = t + Σ_a t_a e_a"
     Section = FieldSpec
     example = {  # noqa: RUF012

@@ -29,10 +29,7 @@ class FiniteSize(FlowEffect):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        whole, leading = (
-            tuple(make_flow(scene, 1, finite_size=size) for _ in range(2)) for size in (True, False)
-        )
-        self._set((1.0, *whole), (-1.0, *leading))
+        self._set(lambda: make_flow(scene, 1, True), lambda: make_flow(scene, 1, False))
 
     @classmethod
     def acts(cls, scene: Scene) -> bool:

@@ -49,6 +49,7 @@ class Flow(OneBodyEffect):
     name = "flow"
     key = "flow.gradient"
     summary = "a background flow, shear or extension, carries and turns every sphere"
+    absence = "the fluid is at rest far away"
     equation = "v = G·r, ω = ½ ∇ × (G·r)"
     gives = "twist"
     Section = FlowSpec

@@ -43,5 +43,5 @@ class FrictionBetweenSpheres(Effect):
     @classmethod
     def scale(cls, scene: Scene) -> float:
         """3a/2d, the mobility of a neighbour over a sphere's own, of what the wrenches give."""
-        wrenches = [cls.scale(scene) for cls in acting(scene) if cls.gives == "wrench"]
+        wrenches = [other.scale(scene) for other in acting(scene) if other.gives == "wrench"]
         return 1.5 * scene.chain.radius / scene.chain.spacing * max(wrenches, default=0.0)

@@ -27,9 +27,7 @@ class Reach(FlowEffect):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        far = tuple(make_flow(scene) for _ in range(2))
-        near = tuple(make_flow(scene, 1) for _ in range(2))
-        self._set((1.0, *far), (-1.0, *near))
+        self._set(lambda: make_flow(scene), lambda: make_flow(scene, 1))
 
     @classmethod
     def acts(cls, scene: Scene) -> bool:

@@ -115,11 +115,11 @@ def effects() -> tuple[type[Effect], ...]:
     for name in _files():
         importlib.import_module(f"nrchain.effects.{name}")
 
-    def place(cls: type[Effect]) -> int:
+    def place(cls: type[Effect]) -> tuple[int, str]:
         package, _, file = cls.__module__.rpartition(".")
         if package != nrchain.effects.__name__:
-            return len(FIRST) + 1
-        return FIRST.index(file) if file in FIRST else len(FIRST)
+            return len(FIRST) + 1, ""
+        return (FIRST.index(file), "") if file in FIRST else (len(FIRST), file)
 
     found = [*_EFFECTS.values(), *(cls for family in _FAMILIES.values() for cls in family())]
     return tuple(sorted(found, key=place))

@@ -8,6 +8,7 @@ over the pairs, by code that holds the modes named and nothing else.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 import numpy as np
@@ -55,11 +56,11 @@ def make_flow(
     """The flow of all modes of a scene, or that with another reach or order."""
     slip, chain = scene.slip, scene.chain
     shown = slip.neighbours if neighbours is None else neighbours
-    modes = [
+    modes = (
         list(slip.modes),
         [np.broadcast_to(mode.strength, chain.particles) for mode in slip.modes.values()],
         [mode.axis for mode in slip.modes.values()],
-    ]
+    )
     options: dict[str, Any] = {
         "count": chain.particles,
         "reach": shown if isinstance(shown, int) else None,
@@ -116,11 +117,12 @@ class FlowEffect(Effect):
     carries = True
     fused = True
 
-    def _set(self, *flows: tuple[float, SlipFlow, SlipFlow]) -> None:
-        """The flows: a sign, one to evaluate and one to take the derivative of, each."""
-        self._flows = flows
-        reach = max(flow.reach for _, flow, _ in flows)
-        self.places = reach if all(flow.near for _, flow, _ in flows) else None
+    def _set(self, plus: Callable[[], SlipFlow], minus: Callable[[], SlipFlow] | None) -> None:
+        """The two flows, each made twice: to evaluate, and to take the derivative of."""
+        makers = [(1.0, plus)] if minus is None else [(1.0, plus), (-1.0, minus)]
+        self._flows = [(sign, make(), make()) for sign, make in makers]
+        reach = max(flow.reach for _, flow, _ in self._flows)
+        self.places = reach if all(flow.near for _, flow, _ in self._flows) else None
 
     def add_twists(self, positions: np.ndarray, frames: np.ndarray, twists: np.ndarray) -> None:
         for sign, flow, _ in self._flows:
@@ -153,8 +155,7 @@ class SlipEffect(FlowEffect):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        flow, there = (make_flow(scene, 1, False) for _ in range(2))
-        self._set((1.0, flow.only(self.mode.label), there.only(self.mode.label)))
+        self._set(lambda: make_flow(scene, 1, False).only(self.mode.label), None)
 
     @classmethod
     def acts(cls, scene: Scene) -> bool:

@@ -122,6 +122,7 @@ class Strain(Effect):
     name = "strain"
     key = "flow.disturbance"
     summary = "rigid spheres in a background flow disturb it: stresslets, over the slip's reach"
+    absence = "spheres disturb no background flow"
     equation = "u = −(5a³/2) x (x·E·x)/r⁵, w = ½ curl u"
     gives = "twist"
     example = Flow.example

@@ -105,7 +105,7 @@ def test_it_says_what_it_is_and_can_be_taken_out(effect):
         assert effect not in acting(bare)
         assert {*acting(bare)} <= {*acting(scene)}
         cost = effect.cost(scene)
-        assert cost.count >= 0
+        assert cost.visits >= 0
         assert str(cost)
         assert effect.scale(scene) > 0
         for text in (effect.summary, effect.equation, effect.key, effect.detail(scene)):
