@@ -140,12 +140,13 @@ class Scene(Section):
 
     def __getattr__(self, name: str) -> Any:
         """The section that an effect adds to scenes, such as ``scene.steric``."""
+        from nrchain.effects.base import default_section
         from nrchain.effects.registry import section_kind
 
         kind = None if name.startswith("_") or name in type(self).rules() else section_kind(name)
         if kind is None:
             raise AttributeError(f"a scene has no {name!r}")
-        return self.effects.get(name, kind())
+        return self.effects.get(name) or default_section(kind)
 
     def check(self) -> None:
         self._check_strengths()

@@ -10,6 +10,7 @@ decompositions and tests.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -94,7 +95,7 @@ class Effect:
     def section(cls, scene: Scene) -> Any:
         """The section of the effect in a scene, or the default one."""
         assert cls.Section is not None
-        return scene.effects.get(cls.Section.path, cls.Section())
+        return scene.effects.get(cls.Section.path) or default_section(cls.Section)
 
     @classmethod
     def acts(cls, scene: Scene) -> bool:
@@ -184,6 +185,12 @@ class Effect:
 
     energy: Any = None
     """``energy(positions, frames)`` is V of an effect with F = −∂V/∂r and T = −∂V/∂φ, if any."""
+
+
+@cache
+def default_section(kind: type[Section]) -> Section:
+    """The section of a scene that names none of its keys."""
+    return kind()
 
 
 class OneBodyEffect(Effect):

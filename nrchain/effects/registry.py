@@ -46,7 +46,7 @@ def register_effect(cls: Registered) -> Registered:
             raise SceneError(f"effect {cls.__name__}.{attribute}", None, "must be one line of text")
     if cls.Section is not None:
         _check_section(cls)
-        if not hasattr(cls, "key"):
+        if "key" not in vars(cls):
             cls.key = cls.Section.path
     if cls.__module__.startswith(f"{nrchain.effects.__name__}."):
         _EFFECTS[cls.name] = cls
