@@ -198,7 +198,8 @@ def _processes(recorder: Recorder) -> None:
     )
     with tempfile.TemporaryDirectory() as place:
         _kills(recorder, Path(place))
-        _soak(recorder, Path(place))
+        if not recorder.quick:
+            _soak(recorder, Path(place))
     _outputs(recorder)
 
 
@@ -230,7 +231,7 @@ def _outputs(recorder: Recorder) -> None:
 
 
 def _soak(recorder: Recorder, place: Path) -> None:
-    steps = 10_000 if recorder.quick else 100_000
+    steps = 100_000
     recorder.step(f"{steps} steps")
     found = hard_processes.soak(place, steps)
     recorder.check("steps of the long run", steps, found["steps"], 0.0, source="run.max_steps")
@@ -255,7 +256,7 @@ def _watching(recorder: Recorder) -> None:
 
 
 def _fuzz(recorder: Recorder) -> None:
-    count = 300 if recorder.quick else 10_000
+    count = 200 if recorder.quick else 10_000
     recorder.step(f"{count} fuzzed scenes")
     fates, undocumented = fuzz(count)
     ends = sorted({end for counter in fates.values() for end in counter})
