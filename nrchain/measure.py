@@ -32,7 +32,7 @@ FEWEST = 4
 """Snapshots that a fit of a line needs for its error to mean anything."""
 
 LARGEST_MISFIT = 0.3
-"""What an open chain may leave over of its shape, relative to the wave, for the wave to be there."""
+"""What a wave may leave over of an open chain, relative to itself, for its rate to be believed."""
 
 CANDIDATES = 17
 """Ends of the transient that are tried, from the first snapshot to the middle one."""

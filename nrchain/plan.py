@@ -2,7 +2,8 @@
 
 Rates are those of the infinite straight chain (:mod:`nrchain.lattice`), for waves between one over
 the chain and two spheres long, passive or active, with the friction that the scene names. Chains
-whose strengths differ from sphere to sphere are bounded by uniform ones of their extreme strengths.
+whose strengths differ from sphere to sphere are judged by uniform ones, see
+:func:`nrchain.regime.judged_by`.
 Nothing is run.
 """
 
@@ -65,7 +66,7 @@ def plan(scene: Scene) -> Plan:
         lines.append(_mobility_line(scene, positions))
     if len(judged_by(scene)) > 1:
         what = "differ from sphere to sphere"
-        meaning = "what follows is for uniform chains of the extreme ones, the worse of them"
+        meaning = "what follows is for uniform chains of the extreme ones, the worst of them"
         lines.append(Line("strengths", what, meaning))
     for part in (_stiffness_lines, _rate_lines, _motion_lines, _reach_lines):
         lines += _judged(part, scene)

@@ -5,13 +5,12 @@ stretch nor shear. The stiffness rule λ ∝ (N−1)⁻⁴ loses it quickly as c
 N = 64 and 2s at V = 100, λd is 1.6 against a prestress of −44, and a free chain tears itself apart
 within 80 time units.
 
-Chains whose strengths differ from sphere to sphere are judged by uniform chains of their largest
-and their smallest strengths, between which every part of them lies.
+Chains whose strengths differ from sphere to sphere are judged by three uniform chains: each mode at
+its least, each at its greatest, and each at its strongest.
 """
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass
 
@@ -69,19 +68,18 @@ def warnings(scene: Scene) -> list[str]:
 
 
 def judged_by(scene: Scene) -> list[Scene]:
-    """Uniform chains that bound a scene: all combinations of its extreme strengths; or itself."""
-    extremes = {
-        label: sorted({min(slip.strength), max(slip.strength)})
+    """Uniform chains to judge a scene by: of its least, greatest and strongest; or itself."""
+    differing = {
+        f"slip.{label}.strength": slip.strength
         for label, slip in scene.slip.modes.items()
         if isinstance(slip.strength, tuple)
     }
-    if not extremes:
-        return [scene]
-    keys = [f"slip.{label}.strength" for label in extremes]
-    return [
-        load_scene(scene, **dict(zip(keys, strengths, strict=True)))
-        for strengths in itertools.product(*extremes.values())
-    ]
+    chosen: list[dict[str, float]] = []
+    for choose in (min, max, lambda strengths: max(strengths, key=abs)):
+        strengths = {key: choose(each) for key, each in differing.items()}
+        if strengths not in chosen:
+            chosen.append(strengths)
+    return [load_scene(scene, **strengths) for strengths in chosen] if differing else [scene]
 
 
 def loads(scene: Scene) -> tuple[Load, Load]:
@@ -116,7 +114,7 @@ def remedy(scene: Scene, load: Load) -> str:
 
 
 def growth_rates(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Waves q (Q,) and the rates (S, Q, 6) of the chains that bound the scene, S of them.
+    """Waves q (Q,) and the rates (S, Q, 6) of the S chains that the scene is judged by.
 
     Growth does not depend on the axes in which it is seen: they spin with the chain. Errors as for
     :func:`~nrchain.lattice.lattice_rates`.
@@ -169,6 +167,8 @@ def _one_body(scene: Scene) -> Scene:
 
 def _up(number: float) -> str:
     """Two digits, and no less than the number."""
+    if not math.isfinite(number):
+        return "more than a float holds"
     step = 10.0 ** (math.floor(math.log10(number)) - 1)
     return f"{math.ceil(number / step * (1.0 - 1e-12)) * step:.2g}"
 

@@ -386,3 +386,11 @@ def test_a_killed_run_keeps_every_finished_snapshot(path, delay):
         writer.write(0, 0.5, *uniform(0.5, 2000), step=1)
         writer.close("completed")
     assert assert_whole(path).status == "completed"
+
+
+def test_sizes_beyond_what_hdf5_counts_are_refused_in_one_line(tmp_path):
+    times = np.broadcast_to(0.0, (2**59,))
+    with pytest.raises(TrajectoryError, match="cannot be created") as caught:
+        TrajectoryWriter(tmp_path / "huge.h5", make_scene(), times)
+    assert "\n" not in str(caught.value)
+    assert list(tmp_path.iterdir()) == []

@@ -8,7 +8,7 @@ from nrchain import load_scene, simulate
 from nrchain.guard import Guard
 from nrchain.scene import Scene
 
-ROUNDS = 5
+ROUNDS = 3
 """Runs of each kind, in turn; the fastest counts."""
 
 

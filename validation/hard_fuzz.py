@@ -51,6 +51,8 @@ STEPS, SECONDS, END, SNAPSHOTS = 60, 2.0, 0.1, 5
 SMALL = 64
 """Spheres up to which a fuzzed scene is also run."""
 
+NOT_RUN = "read, not run"
+
 ORTHONORMAL = 1e-12
 
 
@@ -126,13 +128,13 @@ def table(rng: random.Random) -> dict[str, Any]:
 
 
 def fate(scene: Scene) -> str:
-    """``"read"`` for what is too large to be run, or how its run, cut short, ended.
+    """:data:`NOT_RUN` for what is too large to be run, or how its run, cut short, ended.
 
     Whatever is raised but a documented error is not caught; a run that does not keep its invariants
     raises :class:`Broken`.
     """
     if scene.chain.particles > SMALL:
-        return "read, not run"
+        return NOT_RUN
     run = replace(
         scene.run,
         end=min(scene.run.end, END),

@@ -102,8 +102,8 @@ GALLERY = (
         Case(f"N = {n}", "buckling", {"chain.particles": n, "run.end": 50.0, **FREE, **STIFF})
         for n in (2, 3, 4, 5)
     ),
-    Case("N = 10⁴", "buckling", _crowd(10**4, 0.2)),
-    Case("N = 10⁵", "buckling", _crowd(10**5, 0.02), quick=False),
+    Case("N = 10⁴", "buckling", _crowd(10**4, 0.2), quick=False),
+    Case("N = 10⁵", "buckling", _crowd(10**5, 0.01), quick=False),
     Case(
         "frames turn through 10⁴ rad",
         "spiral-left",
