@@ -32,6 +32,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from nrchain.choice import Choice, full_scene, velocity_difference
+from nrchain.effects.slip import active_modes
 from nrchain.errors import SceneError
 from nrchain.estimate import carry_on
 from nrchain.guard import Poses
@@ -39,7 +40,6 @@ from nrchain.model import Model
 from nrchain.nominal_cost import Fluid, evaluation_cost
 from nrchain.paired import PairedRun, apart
 from nrchain.scene import Scene
-from nrchain.scene_changes import acting_modes
 from nrchain.start import starting_poses
 
 MARGIN = 1.1
@@ -120,7 +120,7 @@ def _subsets(full: Scene) -> Iterator[Fluid]:
         places *= 2
     sizes = sorted({whole.finite_size, False})
     for friction in (math.inf, 0.0):
-        for reach in reaches if acting_modes(full) else [whole.reach]:
+        for reach in reaches if active_modes(full) else [whole.reach]:
             for size in sizes:
                 if (one := Fluid(friction, reach, size)) != whole:
                     yield one

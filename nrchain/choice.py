@@ -8,11 +8,13 @@ from typing import Any, Self
 
 import numpy as np
 
+from nrchain.effects.base import largest_velocity
+from nrchain.effects.slip import active_modes
 from nrchain.guard import Poses
 from nrchain.model import Model
 from nrchain.outcome import Cause, Stop
 from nrchain.scene import Scene, load_scene
-from nrchain.scene_changes import acting_modes, has_finite_size
+from nrchain.scene_changes import has_finite_size
 
 BREACH = 2.0
 """Neglected velocities above this many times those of the probe break the bound."""
@@ -90,7 +92,7 @@ class Choice:
 def full_scene(scene: Scene) -> Scene:
     """The scene with all its hydrodynamics: all pairs, finite size, friction between spheres."""
     keys: dict[str, Any] = {"effects": "named", "tolerance": None}
-    if acting_modes(scene):
+    if active_modes(scene):
         keys |= {"slip.neighbours": "all", "slip.finite_size": has_finite_size(scene)}
     return load_scene(scene, **keys, **{"friction.kind": "pairwise", "friction.neighbours": "all"})
 
@@ -127,10 +129,4 @@ class Watch:
 def velocity_difference(model: Model, other: Model, poses: Poses, radius: float) -> float:
     """max of |v − v′|/a and |ω − ω′| over the spheres, at the same poses."""
     with np.errstate(all="ignore"):
-        change = model.twists(*poses) - other.twists(*poses)
-    return float(
-        max(
-            np.linalg.norm(change[:, :3], axis=1).max() / radius,
-            np.linalg.norm(change[:, 3:], axis=1).max(),
-        )
-    )
+        return largest_velocity(model.twists(*poses) - other.twists(*poses), radius) / radius

@@ -8,18 +8,20 @@ kept what it reached; 130, interrupted.
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Iterator
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.table import Table
+from typer.core import TyperGroup
 
 from nrchain import __version__
-from nrchain.errors import NrchainError
+from nrchain.errors import NrchainError, TrajectoryError
 
 if TYPE_CHECKING:
     from nrchain.choice import Choice
@@ -29,12 +31,32 @@ if TYPE_CHECKING:
     from nrchain.trajectory import Trajectory
 
 REFUSED, STOPPED, INTERRUPTED = 2, 3, 130
-PICTURE = "chain.png"
+PICTURE, PICTURE_IN_SPACE, EFFECTS_PICTURE = "chain.png", "chain-3d.png", "effects.png"
+
+_UsageError: Any = typer.BadParameter.__base__
+"""What a command line that cannot be understood raises; Typer has no public name for it."""
+
+
+class _OneLineGroup(TyperGroup):
+    """The commands, with one line for a command line that is not understood."""
+
+    def main(self, args: Sequence[str] | None = None, *given: Any, **options: Any) -> Any:
+        words = sys.argv[1:] if args is None else list(args)
+        options["standalone_mode"] = False
+        try:
+            code = super().main(words or ["--help"], *given, **options)
+        except _UsageError as error:
+            where = error.ctx.command_path if error.ctx else "nrchain"
+            message = " ".join(error.format_message().split()).rstrip(".")
+            _complain(f"{message}; see {where} --help")
+            code = REFUSED
+        sys.exit(code if isinstance(code, int) else 0)
+
 
 app = typer.Typer(
     name="nrchain",
     help="Simulate chains of active colloids with nonreciprocal interactions.",
-    no_args_is_help=True,
+    cls=_OneLineGroup,
     add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -116,15 +138,17 @@ def run(
     ] = False,
 ) -> None:
     """Run a scene; write its trajectory and a picture."""
+    from nrchain.effects.registry import acting
     from nrchain.h5md import FILE_NAME
     from nrchain.regime import warnings
     from nrchain.run import simulate
     from nrchain.scene import load_scene, parse_assignment
 
     what = load_scene(scene, **dict(parse_assignment(change) for change in changes or ()))
-    for text in warnings(what):
-        _complain(f"warning: {text}")
+    _warn(what, warnings(what))
     what, choice = _chosen(what)
+    names = ", ".join(effect.name for effect in acting(what)) or "none"
+    _console().print(f"effects     {names}", soft_wrap=True)
     directory = output or Path("runs") / Path(scene).stem
     directory.mkdir(parents=True, exist_ok=True)
     with _progress_bar(directory) as report:
@@ -156,7 +180,8 @@ def plan(
     from nrchain.plan_effects import COLUMNS, plan_effects
     from nrchain.scene import load_scene, parse_assignment
 
-    what, _ = _chosen(load_scene(scene, **dict(parse_assignment(c) for c in changes or ())))
+    what = load_scene(scene, **dict(parse_assignment(change) for change in changes or ()))
+    what, _ = _chosen(what)
     found = foretell(what)
     table = _table("quantity", "value", "meaning")
     for line in found.lines:
@@ -170,8 +195,7 @@ def plan(
     console.print(table)
     for text in effects.notes():
         console.print(text, soft_wrap=True)
-    for text in found.warnings:
-        _complain(f"warning: {text}")
+    _warn(what, found.warnings)
 
 
 @app.command()
@@ -203,24 +227,53 @@ def scenes() -> None:
 
 @app.command()
 @_reporting()
+def effects() -> None:
+    """List all effects: what each does, and the scene key that calls for it."""
+    from nrchain.effects.registry import effects as known
+
+    table = _table("effect", "what it does", "scene key")
+    for effect in known():
+        table.add_row(effect.name, effect.summary, effect.key)
+    _console().print(table)
+
+
+@app.command()
+@_reporting()
 def plot(
     directory: Directory,
     output: Annotated[
         Path | None,
         typer.Option(
-            "-o", "--output", help="PNG, PDF or SVG.", show_default=f"DIRECTORY/{PICTURE}"
+            "-o",
+            "--output",
+            help="PNG, PDF or SVG.",
+            show_default=f"DIRECTORY/{PICTURE}, {PICTURE_IN_SPACE} or {EFFECTS_PICTURE}",
         ),
     ] = None,
+    of_effects: Annotated[
+        bool, typer.Option("--effects", help="Draw what each effect does, not the chain.")
+    ] = False,
     view: Annotated[View, typer.Option(help="Three projections, or space.")] = View.planes,
     times: Annotated[int, typer.Option(min=1, help="How many states to draw.")] = 6,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the file that -o names.")
+    ] = False,
 ) -> None:
-    """Draw the chain of a run at several times, also while it runs."""
+    """Draw the chain of a run at several times, or its effects, also while it runs."""
     from nrchain.plots import draw_chain
     from nrchain.trajectory import Trajectory
 
     trajectory = Trajectory.open(directory)
-    picture = draw_chain(trajectory, output or _beside(trajectory), view=view.value, times=times)
-    typer.echo(picture)
+    if output is not None and output.exists() and not overwrite:
+        raise TrajectoryError(f"{output}: exists; it is only replaced with --overwrite")
+    if of_effects:
+        from nrchain.effect_plots import draw_effects
+
+        typer.echo(draw_effects(trajectory, output or _beside(trajectory, EFFECTS_PICTURE)))
+        return
+    name = PICTURE if view is View.planes else PICTURE_IN_SPACE
+    path = output or _beside(trajectory, name)
+    typer.echo(draw_chain(trajectory, path, view=view.value, times=times))
 
 
 @app.command()
@@ -279,6 +332,16 @@ def _chosen(scene: Scene) -> tuple[Scene, Choice | None]:
     return scene, choice
 
 
+def _warn(scene: Scene, warnings: list[str]) -> None:
+    """Say what is risky about a scene, and which of its keys do nothing."""
+    from nrchain.description import without_effect
+
+    for key, why in without_effect(scene):
+        _complain(f"note: {key} has no effect: {why}")
+    for text in warnings:
+        _complain(f"warning: {text}")
+
+
 @contextmanager
 def _progress_bar(directory: Path) -> Iterator[Callable[[Progress], None]]:
     """A bar of the time reached, which says how to go on if it is interrupted."""
@@ -319,10 +382,10 @@ def _progress_bar(directory: Path) -> Iterator[Callable[[Progress], None]]:
         raise
 
 
-def _beside(trajectory: Trajectory) -> Path:
+def _beside(trajectory: Trajectory, name: str = PICTURE) -> Path:
     """Where the picture of a trajectory goes."""
     assert trajectory.path is not None
-    return trajectory.path.with_name(PICTURE)
+    return trajectory.path.with_name(name)
 
 
 def _finish(trajectory: Trajectory) -> None:
@@ -370,6 +433,7 @@ def _effects(trajectory: Trajectory) -> Table:
     for heading, effects in (
         ("simulated", description.simulated),
         ("left out", description.left_out),
+        ("without effect", description.without_effect),
     ):
         for row, (effect, line) in enumerate(effects):
             table.add_row(heading if row == 0 else "", effect, line)

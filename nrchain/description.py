@@ -1,35 +1,59 @@
-"""What a scene simulates and what it leaves out, in words."""
+"""What a scene simulates, what it leaves out and what of it has no effect, in words."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from nrchain import slip_modes
 from nrchain.arguments import a_scene
+from nrchain.effects.registry import effects
+from nrchain.effects.slip import active_modes, reach_text
 from nrchain.regime import warnings
-from nrchain.scene import Moduli, Scene
+from nrchain.scene import Scene, Slip
+from nrchain.scene_sections import ElasticitySpec, FrictionSpec, SlipSpec, StartSpec
+
+Row = tuple[str, str]
 
 
 @dataclass(frozen=True)
 class Description:
-    """What a scene simulates and what it leaves out: (effect, one line) each, and warnings."""
+    """What a scene simulates and what it leaves out: (effect, one line) each, and warnings.
 
-    simulated: list[tuple[str, str]]
-    left_out: list[tuple[str, str]]
+    ``without_effect`` are the keys that differ from their default and change nothing, with why.
+    """
+
+    simulated: list[Row]
+    left_out: list[Row]
     warnings: list[str]
+    without_effect: list[Row] = field(default_factory=list)
 
 
 def describe(scene: Scene) -> Description:
     """The effects a scene names, those it does without, and whether it is in the beam limit."""
-    simulated: list[tuple[str, str]] = []
-    left_out: list[tuple[str, str]] = []
-    for name, modulus in zip(Moduli._fields, a_scene(scene).moduli, strict=True):
-        (simulated if modulus else left_out).append(
-            (name, f"modulus {modulus:.4g}" if modulus else "modulus 0")
-        )
+    simulated: list[Row] = []
+    left_out: list[Row] = []
+    for effect in effects():
+        if effect.key.startswith(("slip.", "friction.")):
+            continue
+        if effect.acts(a_scene(scene)):
+            simulated.append((effect.name, effect.detail(scene)))
+        else:
+            left_out.append((effect.name, effect.absence))
+    if scene.moduli.twist or scene.moduli.bend:
+        simulated.append(("measure of twist and bend", scene.elasticity.measure))
+    _describe_slip(scene, simulated, left_out)
+    _describe_friction(scene, simulated, left_out)
+    left_out.append(("other effects", "Brownian motion"))
+    run = scene.run
+    simulated.append(("integrator", f"{run.integrator}, rtol {run.rtol:g}, atol {run.atol:g}"))
+    return Description(simulated, left_out, warnings(scene), without_effect(scene))
+
+
+def _describe_slip(scene: Scene, simulated: list[Row], left_out: list[Row]) -> None:
     reach = scene.slip.neighbours
-    where = _reach_text(reach)
+    where = reach_text(reach)
     for label, mode in scene.slip.modes.items():
         strength = np.unique(mode.strength)
         text = f"{strength[0]:g}" if len(strength) == 1 else f"{strength[0]:g} to {strength[-1]:g}"
@@ -37,30 +61,84 @@ def describe(scene: Scene) -> Description:
             simulated.append((f"slip {label}", f"strength {text}, {where}"))
         else:
             left_out.append((f"slip {label}", "strength 0"))
-    if scene.slip.modes:
+    acting = active_modes(scene)
+    if not acting:
+        return
+    simulated.append(("pair laws of slip", scene.slip.backend))
+    if corrected := [label for label in acting if _has_finite_size(label)]:
         (simulated if scene.slip.finite_size else left_out).append(
-            ("finite size", "(a/r)² in the velocity of 2s")
+            ("finite size", f"(a/r)² in the velocity of {', '.join(corrected)}")
         )
-        if reach != "all":
-            left_out.append(("long range", f"slip flows beyond {where}"))
+    if reach != "all":
+        left_out.append(("long range", f"slip flows beyond {where}"))
+
+
+def _describe_friction(scene: Scene, simulated: list[Row], left_out: list[Row]) -> None:
     friction = scene.friction
     if friction.kind == "one-body":
         simulated.append(("friction", "one-body"))
         left_out.append(("friction between spheres", "Rotne–Prager–Yamakawa mobilities"))
-    else:
-        simulated.append(("friction", f"pairwise, {_reach_text(friction.neighbours)}"))
-        left_out.append(("near field", "lubrication and reflections, of order (a/r)⁴"))
-    steric = scene.steric
-    if steric.acts:
-        text = f"{steric.kind}, strength {steric.strength:g}, below {scene.steric_range:.4g}"
-        simulated.append(("steric repulsion", text))
-    else:
-        left_out.append(("steric repulsion", "a run stops where spheres touch"))
-    left_out.append(("other effects", "Brownian motion, external fields"))
-    return Description(simulated, left_out, warnings(scene))
+        return
+    where = reach_text(friction.neighbours)
+    simulated.append(("friction", f"pairwise, {where}, {friction.backend}"))
+    left_out.append(("near field", "lubrication and reflections, of order (a/r)⁴"))
+    if friction.neighbours != "all":
+        left_out.append(("long range of friction", f"mobilities beyond {where}"))
 
 
-def _reach_text(neighbours: int | str) -> str:
-    if neighbours == "all":
-        return "all pairs"
-    return f"{neighbours} neighbour{'s' * (neighbours != 1)} a side"
+def without_effect(scene: Scene) -> list[Row]:
+    """The keys of a scene that differ from their default and change nothing, each with why."""
+    rows = [*_inert_slip(scene), *_inert_elasticity(scene), *_inert_start(scene)]
+    friction = scene.friction
+    if friction.kind == "one-body":
+        for name in ("neighbours", "backend"):
+            if getattr(friction, name) != getattr(FrictionSpec(), name):
+                rows.append((friction.key(name), "friction.kind is 'one-body'"))
+    return rows
+
+
+def _inert_slip(scene: Scene) -> list[Row]:
+    rows, acting, slip = [], active_modes(scene), scene.slip
+    for label, mode in slip.modes.items():
+        if label not in acting and mode.axis != Slip(0.0).axis:
+            rows.append((f"{SlipSpec.key(label)}.axis", f"the strength of {label} is 0"))
+    if not acting:
+        changed = (n for n in slip.spellings() if getattr(slip, n) != getattr(SlipSpec(), n))
+        rows += [(slip.key(name), "no mode has a strength") for name in changed]
+    elif slip.finite_size and not any(_has_finite_size(label) for label in acting):
+        rows.append(("slip.finite_size", f"the flow of {', '.join(acting)} has no such correction"))
+    return rows
+
+
+def _inert_elasticity(scene: Scene) -> list[Row]:
+    rows, elasticity, moduli = [], scene.elasticity, scene.moduli
+    if elasticity.measure != ElasticitySpec().measure and not (moduli.twist or moduli.bend):
+        rows.append(("elasticity.measure", "no link resists twist or bend"))
+    if elasticity.ratio is not None and not moduli.bend:
+        rows.append(("elasticity.ratio", "elasticity.bend, which it multiplies, is 0"))
+    return rows
+
+
+_USED = {
+    "straight": (),
+    "sine": ("amplitude", "wavenumber"),
+    "helix-left": ("amplitude", "wavenumber"),
+    "helix-right": ("amplitude", "wavenumber"),
+    "random": ("amplitude", "seed"),
+}
+"""What a shape is made with."""
+
+
+def _inert_start(scene: Scene) -> list[Row]:
+    start = scene.start
+    given = [
+        name
+        for name in ("amplitude", "wavenumber", "seed")
+        if getattr(start, name) != getattr(StartSpec(), name) and name not in _USED[start.shape]
+    ]
+    return [(start.key(name), f"start.shape is {start.shape!r}") for name in given]
+
+
+def _has_finite_size(label: str) -> bool:
+    mode = slip_modes.find(label)
+    return mode.flow(finite_size=True) != mode.flow()

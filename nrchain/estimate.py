@@ -17,10 +17,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-from nrchain.choice import velocity_difference
+from nrchain.effects.base import largest_velocity
 from nrchain.errors import SceneError
 from nrchain.guard import Poses
 from nrchain.lattice import Branch, lattice_rates
@@ -38,10 +39,11 @@ PROBE_TOLERANCE = 3e-5
 PROBE_BUDGET = 2.0
 """Nominal seconds that the probes of a plan may take together."""
 
-SAMPLES = 33
-"""Times at which members of a probe are compared, the start among them."""
+SAMPLES, EARLY = 17, 8
+"""Times at which members of a probe are compared, the start among them; the first interval is
+divided once more, so that a probe its budget ends has something to be carried on from."""
 
-FEWEST_SAMPLES = 8
+FEWEST_SAMPLES = 4
 """Samples that a difference must have been followed for before it is carried on."""
 
 BEND = 0.25
@@ -173,8 +175,7 @@ def _probe(scene: Scene, changes: list[Change], begin: Poses, budget: float, end
     scenes = [scene, *(change.scene for change in changes)]
     times = np.linspace(0.0, end, SAMPLES)
     costs = np.array([evaluation_cost(one) for one in scenes])
-    # a short first part, so that a probe its budget ends has samples to be carried on from
-    early = times[1] * np.arange(1, SAMPLES) / SAMPLES
+    early = times[1] * np.arange(1, EARLY) / EARLY
     due = np.concatenate([early, times[1:]])
     radius = scene.chain.radius
     run = PairedRun(scenes, begin, PROBE_TOLERANCE)
@@ -202,8 +203,11 @@ def _probe(scene: Scene, changes: list[Change], begin: Poses, budget: float, end
 def _compare(run: PairedRun, models: list[Model], radius: float) -> tuple[float, np.ndarray]:
     """The time reached, and for each member its distance, turn and velocity difference."""
     row = np.full((len(models), 3), np.nan)
-    for member, model in enumerate(models):
-        row[member, 2] = velocity_difference(models[0], model, run.poses[0], radius)
+    with np.errstate(all="ignore"):
+        own = models[0].twists(*run.poses[0])
+        others = [model.twists(*run.poses[0]) for model in models]
+    for member, other in enumerate(others):
+        row[member, 2] = largest_velocity(other - own, radius) / radius
         if member in run.members and 0 in run.members:
             row[member, :2] = apart(run.poses[member], run.poses[0], radius)
     return run.time, row
@@ -248,13 +252,16 @@ def _described(change: Change) -> str:
 
 def growth_of(scene: Scene, change: Change, wave: float | None) -> float | None:
     """The effect's own part of the growth rate at q = ``wave``: with it, less without it."""
-    if wave is None:
-        return None
-    waves = np.array([wave])
-    own, other = bending_growth(scene, waves), bending_growth(change.scene, waves)
+    own, other = _growth_at(scene, wave), _growth_at(change.scene, wave)
     if own is None or other is None:
         return None
-    return float((own - other)[0] if change.kind == "drop" else (other - own)[0])
+    return own - other if change.kind == "drop" else other - own
+
+
+@lru_cache(maxsize=64)
+def _growth_at(scene: Scene, wave: float | None) -> float | None:
+    rates = None if wave is None else bending_growth(scene, np.array([wave]))
+    return None if rates is None else float(rates[0])
 
 
 def _fastest_growth(*scenes: Scene) -> float:

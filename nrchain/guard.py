@@ -1,5 +1,8 @@
 """min |r_i − r_j| = 2a, and links turned by π/2: the events at which a run must end.
 
+Friction between spheres that is cut at a reach is judged at every snapshot besides: where its
+mobility is no longer positive definite, spheres gain energy from the fluid.
+
 Both are looked for within every step, on the integrator's own interpolant, and their time is found
 to rounding. Spheres that meet and part again within one step are not missed: a step is passed as
 clear only if the closest pair is farther apart than the spheres moved in it, with room to spare;
@@ -47,6 +50,7 @@ class Guard:
         self.contact = contact_distance(scene)
         self._period = scene.length if scene.chain.ends == "periodic" else 0.0
         self._turning = has_turning_springs(scene)
+        self._scene = scene
         self._search(positions)
 
     def watch(
@@ -65,6 +69,23 @@ class Guard:
             if stop is None or turned.time < stop.time:
                 return turned
         return stop
+
+    def judge_friction(self, time: float, positions: np.ndarray) -> None:
+        """Stop where friction that is cut along the chain no longer takes energy out."""
+        if self._scene.friction.kind == "one-body":
+            return
+        from nrchain.hydrodynamics.definiteness import is_cut, least_mobility
+
+        if not is_cut(self._scene):
+            return
+        least = least_mobility(self._scene, positions)
+        if least <= 0.0:
+            raise Stop(
+                Cause.FRICTION,
+                time,
+                f"the mobility cut at {self._scene.friction.neighbours} neighbours is no longer "
+                f"positive definite: its least eigenvalue is {least:.2g} of that of a sphere",
+            )
 
     def _search(self, positions: np.ndarray) -> None:
         self._searched = positions.copy()

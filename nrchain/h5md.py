@@ -4,8 +4,8 @@
     /particles/chain/box         periodic along x, or none
     /particles/chain/position    value (T, N, 3), time (T,), step (T,)
     /particles/chain/frame       value (T, N, 3, 3), the same time and step by hard links
-    /parameters                  scene (its TOML text), versions (of what ran it), and choice
-                                 (JSON: what effects chosen for a tolerance leave out), if any
+    /parameters                  scene (its TOML text), effects that act, versions (of what ran it),
+                                 and choice (JSON: what effects chosen for a tolerance leave out)
     /nrchain                     times asked for, counters, status, cause, reason, two checkpoints
 
 All arrays are contiguous and written once, filled with NaN, when the file is made. A run then only
@@ -19,6 +19,8 @@ from __future__ import annotations
 
 import os
 import platform
+import re
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import metadata
@@ -28,7 +30,7 @@ from typing import Any
 import numpy as np
 
 from nrchain import __version__
-from nrchain.errors import TrajectoryError
+from nrchain.errors import SceneError, TrajectoryError
 from nrchain.outcome import Cause
 from nrchain.scene import Scene
 
@@ -38,6 +40,7 @@ POSITION = "particles/chain/position"
 FRAME = "particles/chain/frame"
 SCENE = "parameters/scene"
 CHOICE = "parameters/choice"
+EFFECTS = "parameters/effects"
 VERSIONS = "parameters/versions"
 PLANNED = "nrchain/times"
 COUNTS = "nrchain/counters"
@@ -59,6 +62,15 @@ REASON_BYTES = 1024
 CHECKPOINT_STATE = 6
 """Numbers of a checkpoint besides its poses: time, snapshot, spin, drift; the counters follow."""
 
+CHECKPOINT_POSES = 2
+"""Poses of the chain that a file keeps besides its snapshots."""
+
+SNAPSHOT_MARKS = 3 * 8
+"""Bytes of a snapshot besides its poses: its time, the time asked for, its step."""
+
+LEAST_SNAPSHOTS = 2
+"""A run records its start and its end."""
+
 _RECORDED = ("numpy", "scipy", "numba", "scikit-sundae", "pystokes", "h5py")
 
 
@@ -79,9 +91,11 @@ def create(path: Path, scene: Scene, times: np.ndarray, choice: str = "") -> Non
     """Make the file of a run of ``scene`` with snapshots at ``times (T,)``, all of them empty.
 
     The file appears under its name only once it is whole; an older one is replaced in that moment.
+    Raises :class:`~nrchain.errors.SceneError` for more snapshots than the disk has room for.
     """
     import h5py
 
+    _refuse_more_than_fits(path, scene)
     partial = path.with_name(path.name + ".partial")
     with refusing(path, "cannot be created"):
         try:
@@ -95,6 +109,37 @@ def create(path: Path, scene: Scene, times: np.ndarray, choice: str = "") -> Non
             raise
 
 
+def _refuse_more_than_fits(path: Path, scene: Scene) -> None:
+    folder = path.absolute().parent
+    with refusing(path, "cannot be created"):
+        free = shutil.disk_usage(folder).free
+    refuse_snapshots(scene, free - CHECKPOINT_POSES * pose_bytes(scene), f"free in {folder}")
+
+
+def pose_bytes(scene: Scene) -> int:
+    """What the poses of one snapshot take: three coordinates and nine frame components a sphere."""
+    return 12 * 8 * scene.chain.particles
+
+
+def refuse_snapshots(scene: Scene, free: int, where: str) -> None:
+    """Raise :class:`~nrchain.errors.SceneError` if the snapshots need more than ``free`` bytes."""
+    each, snapshots = pose_bytes(scene) + SNAPSHOT_MARKS, scene.run.snapshots
+    if each * snapshots <= free:
+        return
+    free = max(free, 0)
+    fit = free // each
+    told = f"{_size(each * snapshots)}, where {_size(free)} are {where}"
+    if fit < LEAST_SNAPSHOTS:
+        count = scene.chain.particles
+        raise SceneError("chain.particles", count, f"not even the first and last poses fit: {told}")
+    raise SceneError("run.snapshots", snapshots, f"needs {told}; {fit} would fit")
+
+
+def _size(count: int) -> str:
+    unit, power = ("GiB", 30) if count >= 2**30 else ("MiB", 20) if count >= 2**20 else ("kiB", 10)
+    return f"{count / 2**power:.3g} {unit}"
+
+
 @contextmanager
 def refusing(path: Path, what: str) -> Iterator[None]:
     """Turn failures of the file system and of HDF5 into one that names the file."""
@@ -102,7 +147,7 @@ def refusing(path: Path, what: str) -> Iterator[None]:
         yield
     except TrajectoryError:
         raise
-    except (OSError, RuntimeError) as error:
+    except (OSError, RuntimeError, ValueError, OverflowError, MemoryError) as error:
         raise TrajectoryError(f"{path}: {what}: {_cause(error)}") from error
 
 
@@ -111,6 +156,8 @@ def _cause(error: Exception) -> str:
     if isinstance(error, OSError) and error.errno:
         return os.strerror(error.errno)
     text = str(error)
+    if told := re.search(r"errno = (\d+)", text):
+        return os.strerror(int(told[1]))
     for known, plain in {
         "file signature not found": "it is not an HDF5 file",
         "truncated file": "it is cut short",
@@ -121,6 +168,8 @@ def _cause(error: Exception) -> str:
 
 
 def _describe(file: Any, scene: Scene, choice: str) -> None:
+    import h5py
+
     root = file.create_group("h5md")
     root.attrs["version"] = np.array([1, 1], dtype=np.int32)
     root.create_group("author").attrs["name"] = "not given"
@@ -136,9 +185,13 @@ def _describe(file: Any, scene: Scene, choice: str) -> None:
         # H5MD asks for an edge in every direction; those across the chain bound nothing.
         box.create_dataset("edges", data=np.full(3, scene.length))
 
+    from nrchain.effects.registry import acting
+
     file.create_dataset(SCENE, data=scene.to_toml())
     if choice:
         file.create_dataset(CHOICE, data=choice)
+    names = [effect.name for effect in acting(scene)]
+    file.create_dataset(EFFECTS, data=names, dtype=h5py.string_dtype(), shape=(len(names),))
     versions = file.create_group(VERSIONS)
     versions.attrs["nrchain"] = __version__
     versions.attrs["python"] = platform.python_version()
@@ -213,12 +266,14 @@ def open_file(path: Path, mode: str) -> Any:
 
 
 def refuse_busy(path: Path) -> None:
-    """Raise if another process is writing to the file that is about to be replaced."""
+    """Raise if the file that is about to be replaced is being written to, or write-protected."""
     import h5py
 
     try:
         h5py.File(path, "r+").close()
     except BlockingIOError as error:
         raise TrajectoryError(f"{path}: another process is writing to it") from error
+    except PermissionError as error:
+        raise TrajectoryError(f"{path}: exists, and is protected from being written to") from error
     except OSError:
         return

@@ -31,6 +31,9 @@ Array = NDArray[np.floating]
 FEWEST = 4
 """Snapshots that a fit of a line needs for its error to mean anything."""
 
+LARGEST_MISFIT = 0.3
+"""What a wave may leave over of an open chain, relative to itself, for its rate to be believed."""
+
 CANDIDATES = 17
 """Ends of the transient that are tried, from the first snapshot to the middle one."""
 
@@ -64,22 +67,30 @@ class Wave:
         (T,) root mean square of what the wave (and the rigid motion, if taken out) leaves over.
     wavenumber
         q, in 1/length.
+    projected
+        Whether the wave fits a periodic chain, so that A is its Fourier component and what is left
+        over are other waves, which leave it as it is.
     """
 
     time: Array
     amplitude: NDArray[np.complex128]
     misfit: Array
     wavenumber: float
+    projected: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Rate:
-    """Λ = growth + i frequency of a wave of wavenumber q, from ``start`` on."""
+    """Λ = growth + i frequency of a wave of wavenumber q, from ``start`` on.
+
+    ``misfit`` is the median over the snapshots used of what the wave leaves over, relative to it.
+    """
 
     growth: Estimate
     frequency: Estimate
     wavenumber: float
     start: float
+    misfit: float = 0.0
 
     @property
     def value(self) -> complex:
@@ -157,15 +168,15 @@ def wave(
         slope = (9.0 / 4.0 * math.sin(half) - math.sin(3.0 * half) / 12.0) / chain.spacing
         amplitude = mean * tilted.amplitude - 1j * slope * bent.amplitude
         misfit = np.hypot(mean * tilted.misfit, slope * bent.misfit)
-        return Wave(trajectory.time, amplitude, misfit, q)
+        return Wave(trajectory.time, amplitude, misfit, q, bent.projected)
     field = _field(trajectory, kind, of, s)
     turns = q * trajectory.scene.length / (2.0 * math.pi)
     fits = chain.ends == "periodic" and abs(turns - round(turns)) < 1e-9
     amplitude, misfit = _project(field, q, s) if fits else _fit_snapshots(field, q, s, rigid)
-    return Wave(trajectory.time, amplitude, misfit, q)
+    return Wave(trajectory.time, amplitude, misfit, q, fits)
 
 
-def rate(wave: Wave, start: float | None = None) -> Rate:
+def rate(wave: Wave, start: float | None = None, *, most_misfit: float = LARGEST_MISFIT) -> Rate:
     """ln A = const + Λt by least squares: growth from ln |A|, frequency from the phase.
 
     ``start`` is the time before which all is dropped as transient. When None, it is found: of
@@ -173,9 +184,15 @@ def rate(wave: Wave, start: float | None = None) -> Rate:
     those of the regression, for as many independent residuals as their correlation from one
     snapshot to the next leaves.
 
-    Raises :class:`MeasurementError` for fewer than four snapshots, for a wave that vanishes, and
-    for snapshots too far apart: where the phase moves by more than a quarter turn from one to the
-    next it cannot be unwrapped with certainty.
+    On an open chain Λ is the rate of the shape in which the wave was found, and the ends have a
+    part in that shape: where the wave leaves over more than ``most_misfit`` of itself, the rate
+    says nothing about it and is refused. A small misfit does not make it that of an endless chain:
+    a free passive chain that starts as half a sine takes the shape of its slowest mode, which half
+    a sine and a rigid motion fit to 1 %, and decays four times as fast as the wave would.
+
+    Raises :class:`MeasurementError` for fewer than four snapshots, for a wave that vanishes, for
+    one that is not the shape of its chain, and for snapshots too far apart: where the phase moves
+    by more than a quarter turn from one to the next it cannot be unwrapped with certainty.
     """
     vanished = wave.amplitude == 0.0
     if vanished.any():
@@ -185,12 +202,19 @@ def rate(wave: Wave, start: float | None = None) -> Rate:
     def fit(first: int) -> Rate:
         t, log = wave.time[first:], logarithm[first:]
         growth, frequency = _slope(t, log.real), _slope(t, log.imag)
-        return Rate(growth, frequency, wave.wavenumber, float(t[0]))
+        misfit = float(np.median(wave.misfit[first:] / np.abs(wave.amplitude[first:])))
+        return Rate(growth, frequency, wave.wavenumber, float(t[0]), misfit)
 
     best = fit(_first(wave.time, start))
     if start is None:
         for first in _candidates(len(wave.time)):
             best = min(best, fit(first), key=lambda found: found.error)
+    if not wave.projected and best.misfit > most_misfit:
+        raise MeasurementError(
+            f"what a wave of wavenumber {wave.wavenumber:.6g} leaves over of this open chain is "
+            f"{best.misfit:.2g} of it, and its rate is not to be trusted above {most_misfit:g}: "
+            "measure another kind of wave, or a periodic chain, or raise most_misfit"
+        )
     used = wave.time >= best.start
     steps = np.abs(np.diff(logarithm.imag[used]))
     if steps.max() > math.pi / 2.0:
@@ -222,7 +246,7 @@ def fit_shape(
 
     chain = trajectory.scene.chain
     first_guess = wave(trajectory, wavenumber, kind, rigid=kind == "x")
-    guess = rate(first_guess, start)
+    guess = rate(first_guess, start, most_misfit=math.inf)
     s = chain.spacing * np.arange(chain.particles)
     field = _field(trajectory, kind, "displacement", s)
     if kind == "x":
@@ -251,7 +275,7 @@ def fit_shape(
     errors = np.sqrt(np.diag(covariance)) / span
     misfit = math.sqrt(np.mean((data / size - model(None, *found)) ** 2))
     growth, frequency = (Estimate(float(found[k] / span), float(errors[k])) for k in (2, 3))
-    fitted = Rate(growth, frequency, guess.wavenumber, guess.start)
+    fitted = Rate(growth, frequency, guess.wavenumber, guess.start, misfit)
     return ShapeFit(fitted, complex(found[0], found[1]) * size, misfit)
 
 

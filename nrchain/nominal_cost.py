@@ -12,10 +12,10 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple, Self
 
+from nrchain.effects.slip import active_modes
 from nrchain.hydrodynamics.images import EXACT, POINTS
 from nrchain.hydrodynamics.pairs import NEAR
 from nrchain.scene import Scene, load_scene
-from nrchain.scene_changes import acting_modes
 
 LOOP, SPHERE = 50e-6, 0.7e-6
 """Seconds of the integrator's own, and of one sphere with its links."""
@@ -88,7 +88,7 @@ def evaluation_cost(scene: Scene, fluid: Fluid | None = None) -> float:
     fluid = fluid or Fluid.of(scene)
     count = scene.chain.particles
     cost = LOOP + SPHERE * count
-    modes = len(acting_modes(scene))
+    modes = len(active_modes(scene))
     pairwise = fluid.friction > 0.0
     if modes:
         reach = _places(scene, fluid.reach)

@@ -21,6 +21,7 @@ class Cause(StrEnum):
     BUDGET = "budget-reached"
     INTERRUPTED = "interrupted"
     ERROR = "error"
+    FRICTION = "friction-indefinite"
     NEGLECTED = "neglected-effects"
 
     @property
@@ -33,8 +34,11 @@ _ADVICE = {
     Cause.TOUCH: "name a repulsion in [steric] to go on through contacts, stiffen the chain, or "
     "weaken the slip",
     Cause.TURN: "raise elasticity.twist and elasticity.bend, or weaken the slip: beyond a quarter "
-    "turn the springs of a link pull it on",
+    "turn the springs of a link pull it on. The paper's springs soften from an eighth of a turn "
+    "on: elasticity.measure = 'isotropic' holds larger bends",
     Cause.CHART: "tighten run.rtol and run.atol, so that a step turns no sphere by half a turn",
+    Cause.FRICTION: "set friction.neighbours to 'all', whose mobility is positive definite "
+    "wherever the spheres are, or to a larger number",
     Cause.STEP: "loosen run.rtol and run.atol, lower elasticity.ratio, or see in the last poses "
     "what has become fast",
     Cause.NOT_FINITE: "weaken the slip or the moduli: velocities have left the range of floating "

@@ -8,6 +8,7 @@ be lost; then they are stretched, and the picture says by how much.
 from __future__ import annotations
 
 import itertools
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -75,7 +76,7 @@ def draw_chain(
     ``view`` is ``"planes"`` for the projections on xy, xz and yz, or ``"3d"``; the ending of
     ``path`` chooses PNG, PDF or SVG. Raises :class:`~nrchain.errors.SceneError` for another view,
     ending or number of times, and :class:`~nrchain.errors.TrajectoryError` if there is nothing to
-    draw.
+    draw. A file that exists is replaced.
     """
     path = Path(path)
     if view not in VIEWS:
@@ -92,7 +93,9 @@ def draw_chain(
     chosen = np.unique(np.linspace(0, len(trajectory.time) - 1, times).round().astype(int))
     chains = trajectory.positions[chosen] / trajectory.scene.chain.radius
     colours = _colours(len(chosen))
-    with rc_context(STYLE):
+    with rc_context(STYLE), warnings.catch_warnings():
+        # a title in a script that the font lacks is drawn as boxes, which show by themselves
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")
         picture = (_draw_planes if view == "planes" else _draw_space)(chains, colours)
         picture.write_title(trajectory)
         picture.draw_bar(colours, trajectory.time[chosen])
@@ -200,7 +203,9 @@ class _Picture:
     def save(self, path: Path) -> None:
         from matplotlib.transforms import Bbox
 
-        crop = Bbox.from_bounds(*self.crop) if self.crop else "tight"
+        crop: Any = Bbox.from_bounds(*self.crop) if self.crop else None
+        if any(text.get_window_extent().x1 > self.figure.bbox.x1 for text in self.figure.texts):
+            crop = "tight"  # a title that runs out of the figure widens it, at twice the time
         self.figure.savefig(path, dpi=DOTS_PER_INCH, bbox_inches=crop)
 
 

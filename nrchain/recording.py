@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 
+from nrchain.h5md import refuse_snapshots
 from nrchain.outcome import Stop
 from nrchain.scene import Scene
 from nrchain.trajectory import Checkpoint, Trajectory
@@ -24,9 +27,13 @@ class Recorder(Protocol):
 
 
 class Memory:
-    """Keeps a trajectory as arrays."""
+    """Keeps a trajectory as arrays.
+
+    Raises :class:`~nrchain.errors.SceneError` for more snapshots than there is memory for.
+    """
 
     def __init__(self, scene: Scene) -> None:
+        refuse_snapshots(scene, available_memory(), "free in memory")
         snapshots, count = scene.run.snapshots, scene.chain.particles
         self.time = np.full(snapshots, np.nan)
         self.positions = np.empty((snapshots, count, 3))
@@ -46,14 +53,26 @@ class Memory:
 
     def trajectory(self, scene: Scene, stop: Stop | None) -> Trajectory:
         """What was reached, and how it ended."""
-        done = np.isfinite(self.time)
+        done = int(np.isfinite(self.time).sum())
         return Trajectory(
-            self.time[done],
-            self.positions[done],
-            self.frames[done],
+            self.time[:done],
+            self.positions[:done],
+            self.frames[:done],
             scene,
             self.counters,
             "stopped" if stop else "completed",
             stop.reason if stop else "",
             cause=stop.cause if stop else None,
         )
+
+
+def available_memory() -> int:
+    """Bytes that can be had without swapping: what Linux estimates, elsewhere the pages unused."""
+    try:
+        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
+        return (
+            next(int(line.split()[1]) for line in lines if line.startswith("MemAvailable")) * 1024
+        )
+    except (OSError, StopIteration):
+        pages = "SC_AVPHYS_PAGES" if "SC_AVPHYS_PAGES" in os.sysconf_names else "SC_PHYS_PAGES"
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf(pages)

@@ -4,11 +4,15 @@ The paper's laws, and the picture of a bending chain, hold in the beam limit: bo
 stretch nor shear. The stiffness rule λ ∝ (N−1)⁻⁴ loses it quickly as chains grow. With R = 1e7,
 N = 64 and 2s at V = 100, λd is 1.6 against a prestress of −44, and a free chain tears itself apart
 within 80 time units.
+
+Chains whose strengths differ from sphere to sphere are judged by three uniform chains: each mode at
+its least, each at its greatest, and each at its strongest.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,7 +22,7 @@ from nrchain.lattice import Branch, lattice_rates, steady_stress
 from nrchain.scene import DEFAULT_RATIO, Scene, load_scene
 
 LARGEST_STRAIN = 0.3
-"""Prestress over λ∥d beyond which a scene is called out of the beam limit."""
+"""Prestress over λ∥d or λ⊥d beyond which a scene is called out of the beam limit."""
 
 WAVENUMBERS = 64
 """How many waves, from one over the chain to two spheres long, are tried for growth."""
@@ -30,25 +34,94 @@ NOISE_STEPS = 5000
 """More steps than this for the rounding of stiff springs alone are worth a warning."""
 
 
+@dataclass(frozen=True)
+class Load:
+    """The active prestress against one of the two moduli that hold the bonds, times d."""
+
+    name: str
+    symbol: str
+    prestress: float
+    stiffness: float
+
+    @property
+    def strain(self) -> float:
+        """|prestress|/λd: how far bonds give way, while that is little."""
+        if not self.prestress:
+            return 0.0
+        return abs(self.prestress) / self.stiffness if self.stiffness else math.inf
+
+    @property
+    def holds(self) -> bool:
+        """Whether that is little."""
+        return self.strain <= LARGEST_STRAIN
+
+
 def warnings(scene: Scene) -> list[str]:
     """What to know before a scene runs, one sentence each with its numbers and a remedy.
 
-    Empty for a scene in the beam limit whose tolerance is above the rounding of its springs.
-    Chains that no plane wave describes (strengths that differ from sphere to sphere, axes that
-    turn the chain across itself) are not judged by the beam limit.
+    Empty for a scene in the beam limit whose tolerance is above the rounding of its springs. A
+    scene that no plane wave describes (axes that turn the chain across itself, a flow whose sum
+    over an endless chain diverges) cannot be judged, which is said instead.
     """
-    return [text for text in (*_beam_warnings(a_scene(scene)), _rounding_warning(scene)) if text]
+    told = [*_beam_warnings(a_scene(scene)), _rounding_warning(scene)]
+    return [text for text in told if text]
 
 
-def _beam_warnings(scene: Scene) -> list[str]:
-    if not scene.slip.modes:
-        return []
-    try:
-        near = _one_body(scene)
-        stress = steady_stress(near, spheres=max(scene.chain.particles // 2, 1))
-        return [_strain_warning(scene, float(abs(stress[0]))), _growth_warning(scene, near)]
-    except SceneError:
-        return []
+def judged_by(scene: Scene) -> list[Scene]:
+    """Uniform chains to judge a scene by: of its least, greatest and strongest; or itself."""
+    differing = {
+        f"slip.{label}.strength": slip.strength
+        for label, slip in scene.slip.modes.items()
+        if isinstance(slip.strength, tuple)
+    }
+    chosen: list[dict[str, float]] = []
+    for choose in (min, max, lambda strengths: max(strengths, key=abs)):
+        strengths = {key: choose(each) for key, each in differing.items()}
+        if strengths not in chosen:
+            chosen.append(strengths)
+    return [load_scene(scene, **strengths) for strengths in chosen] if differing else [scene]
+
+
+def loads(scene: Scene) -> tuple[Load, Load]:
+    """The loads on stretch and on shear, under the largest prestress of any part of the chain.
+
+    Raises :class:`~nrchain.errors.SceneError` for a straight chain that is no steady state.
+    """
+    half = max(scene.chain.particles // 2, 1)
+    stresses = [float(steady_stress(_one_body(s), spheres=half)[0]) for s in judged_by(scene)]
+    prestress, d = max(stresses, key=abs), scene.chain.spacing
+    moduli = scene.moduli
+    return (
+        Load("stretch", "λ∥d", prestress, moduli.stretch * d),
+        Load("shear", "λ⊥d", prestress, moduli.shear * d),
+    )
+
+
+def remedy(scene: Scene, load: Load) -> str:
+    """What of the scene would hold the bonds under a load that they do not hold now."""
+    needed = abs(load.prestress) / (LARGEST_STRAIN * scene.chain.spacing)
+    modulus = load.stiffness / scene.chain.spacing
+    if scene.elasticity.stretch is not None:
+        return f"elasticity.{load.name} of {_up(needed)} or more holds them"
+    if not modulus:
+        return "elasticity.bend is 0, and with it the stiffness that elasticity.ratio gives"
+    ratio = scene.elasticity.ratio or DEFAULT_RATIO
+    text = f"elasticity.ratio of {_up(ratio * needed / modulus)} or more holds them"
+    links = (scene.chain.particles - 1) * (modulus / needed) ** 0.25
+    if links >= 2:
+        text += f", as do {math.floor(links) + 1} spheres or fewer at this ratio"
+    return text
+
+
+def growth_rates(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Waves q (Q,) and the rates (S, Q, 6) of the S chains that the scene is judged by.
+
+    Growth does not depend on the axes in which it is seen: they spin with the chain. Errors as for
+    :func:`~nrchain.lattice.lattice_rates`.
+    """
+    count, d = scene.chain.particles, scene.chain.spacing
+    waves = np.linspace(math.pi / (count * d), math.pi / d, WAVENUMBERS)
+    return waves, np.stack([lattice_rates(s, waves, frame="spinning") for s in judged_by(scene)])
 
 
 def rounding_drift(scene: Scene) -> float:
@@ -59,6 +132,20 @@ def rounding_drift(scene: Scene) -> float:
     """
     stiffness = max(scene.moduli.stretch, scene.moduli.shear)
     return float(np.finfo(float).eps) * stiffness * scene.length / scene.drag.translation
+
+
+def _beam_warnings(scene: Scene) -> list[str]:
+    told = []
+    try:
+        with np.errstate(over="raise", invalid="raise", divide="raise"):
+            stretch, shear = loads(scene)
+            told.append(_strain_warning(scene, stretch))
+            if stretch.holds or shear.stiffness != stretch.stiffness:
+                told.append(_strain_warning(scene, shear))
+            told.append(_growth_warning(scene))
+    except (SceneError, FloatingPointError) as error:
+        told.append(f"what the slip does to the bonds cannot be judged beforehand: {error}")
+    return told
 
 
 def _rounding_warning(scene: Scene) -> str:
@@ -74,36 +161,34 @@ def _rounding_warning(scene: Scene) -> str:
 
 
 def _one_body(scene: Scene) -> Scene:
-    """The scene on an open chain with one-body friction: what decides stability is in it."""
+    """The scene with one-body friction: forces between spheres do not depend on it."""
     return load_scene(scene, friction="one-body")
 
 
-def _strain_warning(scene: Scene, prestress: float) -> str:
-    stiffness = scene.moduli.stretch * scene.chain.spacing
-    if prestress <= LARGEST_STRAIN * stiffness:
+def _up(number: float) -> str:
+    """Two digits, and no less than the number."""
+    if not math.isfinite(number):
+        return "more than a float holds"
+    step = 10.0 ** (math.floor(math.log10(number)) - 1)
+    return f"{math.ceil(number / step * (1.0 - 1e-12)) * step:.2g}"
+
+
+def _strain_warning(scene: Scene, load: Load) -> str:
+    if load.holds:
         return ""
-    remedy = "raise elasticity.stretch and elasticity.shear"
-    if scene.elasticity.stretch is None:
-        ratio = scene.elasticity.ratio or DEFAULT_RATIO
-        needed = ratio * prestress / (LARGEST_STRAIN * stiffness)
-        links = (scene.chain.particles - 1) * (ratio / needed) ** 0.25
-        remedy = f"elasticity.ratio of {needed:.1e} or more holds them"
-        if links >= 2:
-            remedy += f", as do {math.floor(links) + 1} spheres or fewer at this ratio"
+    what = "bonds give way" if load.name == "stretch" else "tangents turn away from e₁"
+    part = f"is {load.strain:.2g} of {load.symbol} = {load.stiffness:.3g}, and"
+    if not load.stiffness:
+        part = f"meets no {load.symbol}:"
     return (
-        f"out of the beam limit: the active prestress {prestress:.3g} is "
-        f"{prestress / stiffness:.2g} of λ∥d = {stiffness:.3g}, and bonds give way; {remedy}"
+        f"out of the beam limit: the active prestress {abs(load.prestress):.3g} {part} {what}; "
+        f"{remedy(scene, load)}"
     )
 
 
-def _growth_warning(scene: Scene, near: Scene) -> str:
-    d = scene.chain.spacing
-    waves = np.linspace(math.pi / (scene.chain.particles * d), math.pi / d, WAVENUMBERS)
-    try:
-        rates = lattice_rates(near, waves, frame="spinning").real
-    except FloatingPointError:
-        return ""
-    fast = rates[:, [Branch.STRETCH, Branch.SHEAR_PLUS, Branch.SHEAR_MINUS]]
+def _growth_warning(scene: Scene) -> str:
+    rates = growth_rates(scene)[1].real
+    fast = rates[..., [Branch.STRETCH, Branch.SHEAR_PLUS, Branch.SHEAR_MINUS]]
     growth = float(fast.max())
     if growth * scene.run.end < 1.0:
         return ""

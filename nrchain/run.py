@@ -176,8 +176,10 @@ class _Run:
         until = end if stop is None else stop.time
         while self.next < len(self.times) and self.times[self.next] <= until:
             due = float(self.times[self.next])
-            self._record(due, *self._poses_at(due))
-            self.neglected.check(due, self._poses_at(due))
+            positions, frames = self._poses_at(due)
+            self._record(due, positions, frames)
+            self.guard.judge_friction(due, positions)
+            self.neglected.check(due, (positions, frames))
         if stop is None or stop.cause is not Cause.NOT_FINITE:
             self.time = until
             self.positions, self.frames = poses if stop is None else self._poses_at(until)

@@ -32,16 +32,17 @@ from nrchain.scene_file import (
     scene_path,
     write_toml,
 )
-from nrchain.scene_rules import Section, choice, line, number, optional, section
+from nrchain.scene_rules import Section, choice, line, number, optional, section, unknown
 from nrchain.scene_sections import (
     ChainSpec,
+    EffectSections,
     ElasticitySpec,
     FrictionSpec,
     RunSpec,
     Slip,
     SlipSpec,
     StartSpec,
-    StericSpec,
+    read_effects,
     read_friction,
 )
 
@@ -57,7 +58,6 @@ __all__ = [
     "Slip",
     "SlipSpec",
     "StartSpec",
-    "StericSpec",
     "load_scene",
     "parse_assignment",
     "scene_names",
@@ -71,6 +71,10 @@ CHOSEN = {"slip": ("neighbours", "finite_size"), "friction": ("kind", "neighbour
 """The keys of each section that effects = "auto" decides."""
 
 Effects = Literal["named", "auto"]
+
+
+LARGEST_OFFSET = 1e6
+"""Of a start, in spacings: of larger ones, rounding leaves too little of a link's rest length."""
 
 
 class Drag(NamedTuple):
@@ -105,7 +109,7 @@ class Scene(Section):
     )
     slip: Annotated[SlipSpec, section(SlipSpec)] = field(default_factory=SlipSpec)
     friction: Annotated[FrictionSpec, read_friction] = field(default_factory=FrictionSpec)
-    steric: Annotated[StericSpec, section(StericSpec)] = field(default_factory=StericSpec)
+    further: Annotated[Mapping[str, Section], read_effects] = EffectSections()
     start: Annotated[StartSpec, section(StartSpec)] = field(default_factory=StartSpec)
     run: Annotated[RunSpec, section(RunSpec)]
     title: Annotated[str, line()] = ""
@@ -144,19 +148,25 @@ class Scene(Section):
         unit = 2 * math.pi if self.chain.ends == "periodic" else math.pi
         return self.start.wavenumber * unit / self.length
 
-    @property
-    def steric_range(self) -> float:
-        """Distance of centres at which a repulsion begins: as given, or 2^(1/6) · 2a."""
-        given = self.steric.range
-        return 2 ** (7 / 6) * self.chain.radius if given is None else given
+    def __getattr__(self, name: str) -> Any:
+        """The section that an effect adds to scenes, such as ``scene.steric``."""
+        from nrchain.effects.base import default_section
+        from nrchain.effects.registry import section_kind
+
+        kind = None if name.startswith("_") or name in type(self).rules() else section_kind(name)
+        if kind is None:
+            raise AttributeError(f"a scene has no {name!r}")
+        return self.further.get(name) or default_section(kind)
 
     def check(self) -> None:
         self._check_choice()
         self._check_strengths()
-        self._check_repulsion()
         if self.chain.ends == "periodic":
             self._check_periodic()
         self._check_range()
+        if self.further:
+            self._check_effects()
+        self._check_start()
 
     def _check_choice(self) -> None:
         """Refuse a choice without its tolerance, and effects both named and left to be chosen."""
@@ -187,15 +197,44 @@ class Scene(Section):
                 )
                 raise SceneError(SlipSpec.key(label), slip.strength, allowed)
 
-    def _check_repulsion(self) -> None:
-        """Refuse a repulsion that the chain at rest would already feel, or spheres not at all."""
-        reach, spacing = self.steric_range, self.chain.spacing
-        if self.steric.acts and not 2 * self.chain.radius < reach <= spacing:
+    def _check_effects(self) -> None:
+        """Refuse what makes no sense to an effect, and forces that endless images sum without end.
+
+        Forces on a periodic chain that do not add up to nothing drag the fluid along with them.
+        """
+        from nrchain.effects.registry import acting
+
+        for effect in acting(self):
+            effect.check(self)
+            endless = self.chain.ends == "periodic" and self.friction.kind == "pairwise"
+            if endless and effect.gives == "wrench" and not effect.balanced(self):
+                allowed = (
+                    "has a net force, whose flow over all images of a periodic chain has no sum:"
+                    " choose friction = 'one-body', or free or clamped ends"
+                )
+                raise SceneError(effect.key, effect.detail(self), allowed)
+
+    def _check_start(self) -> None:
+        """Refuse a wave that the lattice of spheres cannot hold, and offsets beyond all meaning."""
+        start, spacing = self.start, self.chain.spacing
+        if start.shape == "straight":
+            return
+        if abs(start.amplitude) > LARGEST_OFFSET * spacing:
+            allowed = f"must be no more than {LARGEST_OFFSET:g} times chain.spacing = {spacing!r}"
+            raise SceneError("start.amplitude", start.amplitude, allowed)
+        shortest = self.length / spacing / (2 if self.chain.ends == "periodic" else 1)
+        excess = start.wavenumber / shortest - 1.0
+        if start.shape == "sine" and abs(excess) < 1e-9:
             allowed = (
-                f"must exceed two radii, {2 * self.chain.radius!r}, and be no more than"
-                f" chain.spacing = {spacing!r}, or neighbours at rest push each other apart"
+                f"must be below {shortest:g}: a sine of that wavenumber is zero at every sphere"
             )
-            raise SceneError("steric.range", reach, allowed)
+            raise SceneError("start.wavenumber", start.wavenumber, allowed)
+        if start.shape != "random" and excess > 1e-9:
+            allowed = (
+                f"must be at most {shortest:g}, a wave two spheres long: of a shorter one the"
+                " spheres show another"
+            )
+            raise SceneError("start.wavenumber", start.wavenumber, allowed)
 
     def _check_periodic(self) -> None:
         """Refuse what cannot be repeated along x."""
@@ -234,8 +273,33 @@ class Scene(Section):
     @classmethod
     def spellings(cls) -> tuple[str, ...]:
         """Every dotted key, so that one without its section is recognised."""
-        specs = (ChainSpec, ElasticitySpec, SlipSpec, FrictionSpec, StericSpec, StartSpec, RunSpec)
-        return (*cls.rules(), *(spec.key(name) for spec in specs for name in spec.spellings()))
+        from nrchain.effects.registry import section_kinds
+
+        kinds: list[type[Section]] = [ChainSpec, ElasticitySpec, SlipSpec, FrictionSpec]
+        kinds += [*section_kinds().values(), StartSpec, RunSpec]
+        known = [name for name in (*cls.rules(), *section_kinds()) if name != "further"]
+        return (*known, *(spec.key(name) for spec in kinds for name in spec.spellings()))
+
+    @classmethod
+    def from_mapping(cls, table: Mapping[str, Any]) -> Self:
+        """The scene of a raw table, in which a key that every scene has is no effect's section."""
+        from nrchain.effects.registry import section_kind, section_kinds
+
+        own = [name for name in cls.rules() if name != "further"]
+        further = {name: value for name, value in table.items() if name not in own}
+        for name, value in further.items():
+            if section_kind(name) is None:
+                raise unknown(name, value, [*own, *section_kinds()], cls.spellings())
+        given = {name: value for name, value in table.items() if name in own and value is not None}
+        return super(Scene, cls).from_mapping(given | {"further": further})
+
+    def to_mapping(self) -> dict[str, Any]:
+        """The raw table of the scene, the sections of its effects among the others."""
+        table = super(Scene, self).to_mapping()
+        further = {name: s.to_mapping() for name, s in table.pop("further").items()}
+        names = ("start", "run", "title", "effects", "tolerance")
+        last = {name: table.pop(name) for name in names if name in table}
+        return {**table, **further, **last}
 
     @classmethod
     def from_toml(cls, text: str) -> Self:

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from nrchain import slip_modes
+from nrchain.effects.registry import acting
+from nrchain.effects.slip import active_modes
 from nrchain.scene import Scene, load_scene
 
 Kind = Literal["drop", "add"]
@@ -30,47 +32,19 @@ class Change:
 
 def changes_of(scene: Scene) -> list[Change]:
     """Every effect of the scene that can be dropped, then those that can be added."""
-    drops = [Change(name, "drop", load_scene(scene, **keys)) for name, keys in _drops(scene)]
+    drops = [Change(effect.name, "drop", effect.without(scene)) for effect in acting(scene)]
     adds = [Change(name, "add", load_scene(scene, **keys)) for name, keys in _adds(scene)]
     return drops + adds
 
 
 def has_finite_size(scene: Scene) -> bool:
     """Whether the (a/r)² correction changes the flow of a mode that acts."""
-    found = (slip_modes.find(label) for label in acting_modes(scene))
+    found = (slip_modes.find(label) for label in active_modes(scene))
     return any(mode.flow(True) != mode.flow(False) for mode in found)
 
 
-def acting_modes(scene: Scene) -> list[str]:
-    """The labels of the modes that are not zero on every sphere."""
-    return [
-        label
-        for label, slip in scene.slip.modes.items()
-        if (any(slip.strength) if isinstance(slip.strength, tuple) else slip.strength)
-    ]
-
-
-def _drops(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
-    moduli = scene.moduli._asdict()
-    given = {"elasticity.ratio": None} | {f"elasticity.{k}": v for k, v in moduli.items()}
-    for name, modulus in moduli.items():
-        if modulus:
-            yield name, given | {f"elasticity.{name}": 0.0}
-    acting = acting_modes(scene)
-    for label in acting:
-        yield f"slip {label}", {f"slip.{label}": None}
-    if acting and scene.slip.neighbours != 1:
-        yield "slip beyond nearest", {"slip.neighbours": 1}
-    if scene.slip.finite_size and has_finite_size(scene):
-        yield "finite size", {"slip.finite_size": False}
-    if scene.friction.kind == "pairwise":
-        yield "friction between spheres", {"friction": "one-body"}
-    if scene.steric.acts:
-        yield "steric repulsion", {"steric": None}
-
-
 def _adds(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
-    if acting_modes(scene) and not reaches_all(scene, scene.slip.neighbours):
+    if active_modes(scene) and not reaches_all(scene, scene.slip.neighbours):
         yield "slip of all pairs", {"slip.neighbours": "all"}
     if not scene.slip.finite_size and has_finite_size(scene):
         yield "finite size", {"slip.finite_size": True}

@@ -39,12 +39,14 @@ def rule(
     return read
 
 
-def number(*, above: float = -math.inf, least: float = -math.inf, most: float = math.inf) -> Rule:
-    """A finite number with above < x and least ≤ x ≤ most, kept as a float."""
+def number(
+    *, above: float = -math.inf, least: float = -math.inf, most: float = math.inf, reason: str = ""
+) -> Rule:
+    """A finite number with above < x and least ≤ x ≤ most, kept as a float; ``reason`` says why."""
     bounds = (("above", above), ("at least", least), ("at most", most))
     words = " and ".join(f"{word} {bound:g}" for word, bound in bounds if math.isfinite(bound))
     return rule(
-        "a finite number" + (words and ", " + words),
+        "a finite number" + (words and ", " + words) + (reason and ": " + reason),
         lambda v: _is_number(v) and above < v and least <= v <= most,
         float,
     )
@@ -102,6 +104,20 @@ def direction() -> Rule:
     )
 
 
+def vector(*, of: int = 3, inner: Rule | None = None) -> Rule:
+    """A list of three finite numbers, kept as a tuple; or of so many of what ``inner`` allows."""
+    read_item = number() if inner is None else inner
+
+    def read(key: str, value: Any) -> Any:
+        plain = _plain(value)
+        if not isinstance(plain, (list, tuple)) or len(plain) != of:
+            what = "finite numbers" if inner is None else "rows of three finite numbers"
+            raise SceneError(key, value, f"must be a list of {of} {what}")
+        return tuple(read_item(f"{key}[{i}]", item) for i, item in enumerate(plain))
+
+    return read
+
+
 def flag() -> Rule:
     """True or False."""
     return rule("true or false", lambda v: isinstance(v, bool))
@@ -118,8 +134,10 @@ def section(kind: type[Section]) -> Rule:
     def read(key: str, value: Any) -> Any:
         if isinstance(value, kind):
             return value
-        if value is None or isinstance(value, Mapping):
-            return kind.from_mapping(value or {})
+        if value is None or value is NOT_GIVEN:
+            return kind.from_mapping({})
+        if isinstance(value, Mapping):
+            return kind.from_mapping(value)
         raise SceneError(key, value, f"must be a table or a {kind.__name__}")
 
     return read
@@ -175,10 +193,7 @@ class Section:
             if name not in known:
                 raise unknown(cls.key(name), value, known, cls.spellings())
         given = {name: value for name, value in table.items() if value is not None}
-        for name in _required(cls):
-            if name not in given:
-                given[name] = _read_nothing(known[name], cls.key(name))
-        return cls(**given)
+        return cls(**dict.fromkeys(_required(cls), NOT_GIVEN) | given)
 
     def to_mapping(self) -> dict[str, Any]:
         """The raw table of the section, keys that are None left out."""
@@ -218,14 +233,6 @@ def _is_number(value: Any) -> bool:
 def _plain(value: Any) -> Any:
     """Numpy numbers and arrays as Python numbers and lists, everything else as it is."""
     return value.tolist() if hasattr(value, "tolist") else value
-
-
-def _read_nothing(read: Rule, key: str) -> Any:
-    """What a rule makes of a key that must be there and is not: refused, as a rule."""
-    try:
-        return read(key, None)
-    except SceneError as error:
-        raise SceneError(error.key, NOT_GIVEN, error.allowed) from None
 
 
 def _required(kind: Any) -> list[str]:

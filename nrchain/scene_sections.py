@@ -32,13 +32,13 @@ Kind = Literal["one-body", "pairwise"]
 Measure = Literal["paper", "isotropic"]
 Backend = Literal["native", "pystokes"]
 Integrator = Literal["cvode", "radau", "scipy-bdf"]
-Repulsion = Literal["none", "wca", "harmonic"]
 Shape = Literal["straight", "sine", "helix-left", "helix-right", "random"]
 
 PYSTOKES_MODES = ("2s", "3a", "3t", "4a")
 """The modes that PyStokes has a routine for."""
 
 _E1 = (1.0, 0.0, 0.0)
+_ROUNDED = "coordinates are rounded to 1e-16 of themselves, and below no step would be accepted"
 _STRENGTH = one_or_each(number())
 NEIGHBOURS = rule(
     "a whole number of at least 1, or 'all'",
@@ -145,7 +145,15 @@ def _read_slip(label: str, given: Any) -> Slip | None:
     key = SlipSpec.key(label)
     labels = [mode.label for mode in slip_modes.modes()]
     if label not in labels:
-        raise unknown(key, given, [*SlipSpec.spellings(), *labels])
+        refusal = unknown(key, given, [*SlipSpec.spellings(), *labels])
+        if slip_modes.is_label(label):
+            allowed = (
+                f"{refusal.allowed}. A mode of one's own must be registered again, with"
+                " nrchain.register, in every process before a scene or a trajectory that names it"
+                " is opened"
+            )
+            raise SceneError(key, given, allowed)
+        raise refusal
     if given is None or isinstance(given, Slip):
         return given
     if not isinstance(given, Mapping):
@@ -217,42 +225,67 @@ def read_friction(key: str, value: Any) -> FrictionSpec:
     return section(FrictionSpec)(key, value)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StericSpec(Section):
-    """A repulsion between spheres that come near each other, along the chain or across it.
+class EffectSections(Mapping[str, Section]):
+    """The sections that further effects add to a scene, by name: those that are not all default.
 
-    ``strength`` is an energy; ``range`` the distance of centres below which spheres repel each
-    other, 2^(1/6) times two radii when it is not given. See :mod:`nrchain.effects.steric`.
+    Immutable, compared and hashed by value.
     """
 
-    path: ClassVar[str] = "steric"
-    kind: Annotated[Repulsion, choice(Repulsion)] = "none"
-    strength: Annotated[float | None, optional(number(above=0))] = None
-    range: Annotated[float | None, optional(number(above=0))] = None
+    __slots__ = ("_sections",)
 
-    @property
-    def acts(self) -> bool:
-        """Whether a repulsion is named."""
-        return self.kind != "none"
+    def __init__(self, sections: Mapping[str, Section] | None = None) -> None:
+        given = sections or {}
+        self._sections = {name: s for name, s in given.items() if s != type(s)()}
 
-    def check(self) -> None:
-        if self.acts and self.strength is None:
-            raise SceneError("steric.strength", NOT_GIVEN, "must be given along with steric.kind")
-        for name in ("strength", "range"):
-            if not self.acts and getattr(self, name) is not None:
-                allowed = "acts only with a repulsion: name steric.kind, 'wca' or 'harmonic'"
-                raise SceneError(f"steric.{name}", getattr(self, name), allowed)
+    def __getitem__(self, name: str) -> Section:
+        return self._sections[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._sections)
+
+    def __len__(self) -> int:
+        return len(self._sections)
+
+    def __hash__(self) -> int:
+        return hash(frozenset(self._sections.items()))
+
+    def __repr__(self) -> str:
+        return repr(self._sections)
+
+
+def read_effects(key: str, value: Any) -> EffectSections:
+    """The rule of ``further``: a table of sections by name, each that of an effect known."""
+    from nrchain.effects.registry import section_kind, section_kinds
+
+    if not isinstance(value, Mapping):
+        raise SceneError(key, value, "must be a table of sections")
+    sections = {}
+    for name, given in value.items():
+        kind = section_kind(name)
+        if kind is None:
+            raise unknown(name, given, section_kinds())
+        sections[name] = section(kind)(name, given)
+    return EffectSections(sections)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StartSpec(Section):
-    """The shape at t = 0: amplitude a length, wavenumber in units of π/L (periodic: 2π/L)."""
+    """The shape at t = 0: amplitude a length, wavenumber in units of π/L (periodic: 2π/L).
+
+    A negative amplitude of a sine or a helix shifts its phase by half a turn; that of a random
+    shape is a standard deviation, and not negative.
+    """
 
     path: ClassVar[str] = "start"
     shape: Annotated[Shape, choice(Shape)] = "straight"
     amplitude: Annotated[float, number()] = 0.1
     wavenumber: Annotated[float, number(above=0)] = 1.0
     seed: Annotated[int, whole(least=0)] = 0
+
+    def check(self) -> None:
+        if self.shape == "random" and self.amplitude < 0:
+            allowed = "must be at least 0 for a random shape, whose standard deviation it is"
+            raise SceneError("start.amplitude", self.amplitude, allowed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -261,6 +294,8 @@ class RunSpec(Section):
 
     ``rtol`` and ``atol`` are tolerances per step, the latter in radii and radians; the error at the
     end is some tens to some hundreds of times as large with the backward differences of ``cvode``.
+    Below 1e-14 an ``atol`` asks for less than coordinates of the size of a radius can hold: the
+    implicit equations of a step are then never solved, and steps shrink without end.
     ``max_steps`` and ``max_seconds`` are what one run, or one resumption of it, may spend.
     """
 
@@ -268,7 +303,7 @@ class RunSpec(Section):
     end: Annotated[float, number(above=0)]
     snapshots: Annotated[int, whole(least=2)] = 101
     rtol: Annotated[float, number(least=1e-14, most=1e-1)] = 1e-7
-    atol: Annotated[float, number(above=0, most=1e-1)] = 1e-7
+    atol: Annotated[float, number(least=1e-14, most=1e-1, reason=_ROUNDED)] = 1e-7
     integrator: Annotated[Integrator, choice(Integrator)] = "cvode"
     max_steps: Annotated[int | None, optional(whole(least=1))] = None
     max_seconds: Annotated[float | None, optional(number(above=0))] = None

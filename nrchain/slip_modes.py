@@ -82,7 +82,7 @@ class SlipMode:
 
     def _check(self) -> None:
         """Refuse what is not a Stokes flow of the symmetry stated, before it enters any kernel."""
-        if not _LABEL.fullmatch(str(self.label)):
+        if not is_label(self.label):
             allowed = "must be a digit followed by letters, digits or _, such as '4t'"
             raise SceneError("slip mode label", self.label, allowed)
         key = f"velocity of mode {self.label}"
@@ -134,6 +134,11 @@ class SlipMode:
     def _spins(self) -> tuple[PairTable, PairTable]:
         plain, sized = (_scale(curl(flow), Fraction(1, 2)) for flow in self._flows)
         return plain, sized
+
+
+def is_label(text: object) -> bool:
+    """Whether a text may be the label of a mode, known or not."""
+    return _LABEL.fullmatch(str(text)) is not None
 
 
 def curl(table: PairTable) -> PairTable:

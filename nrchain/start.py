@@ -10,10 +10,11 @@ from nrchain.arguments import a_scene, finite_array, rotations
 from nrchain.chain import closest_pair, initial_poses
 from nrchain.errors import SceneError
 from nrchain.guard import contact_distance, has_turning_springs, most_turned_link
+from nrchain.h5md import refuse_snapshots
 from nrchain.scene import Scene
 
-POSE_BYTES, SOLVER_BYTES = 12 * 8, 12_000
-"""Memory of one sphere in a snapshot, and in an integrator with nearest neighbours."""
+SOLVER_BYTES = 12_000
+"""Memory of one sphere in an integrator with nearest neighbours."""
 
 MORE_NEIGHBOURS = 8
 """How many more neighbours are tried for a cut of the friction that holds."""
@@ -55,14 +56,15 @@ def _finite(key: str, given: np.ndarray | None, built: np.ndarray) -> np.ndarray
 
 def _refuse_size(scene: Scene) -> None:
     """Refuse a scene whose trajectory and solver do not fit the memory of this machine."""
-    count, snapshots = scene.chain.particles, scene.run.snapshots
-    needed = count * (POSE_BYTES * snapshots + SOLVER_BYTES)
+    count = scene.chain.particles
     present = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    if needed > present:
-        gigabytes = f"{needed / 2**30:.3g} GiB where this machine has {present / 2**30:.3g}"
-        if POSE_BYTES * snapshots > SOLVER_BYTES:
-            raise SceneError("run.snapshots", snapshots, f"needs {gigabytes}; ask for fewer")
-        raise SceneError("chain.particles", count, f"needs {gigabytes}; ask for fewer")
+    left = present - SOLVER_BYTES * count
+    if left < 0:
+        needed, most = SOLVER_BYTES * count / 2**30, present // SOLVER_BYTES
+        allowed = f"needs {needed:.3g} GiB to be integrated, where this machine has "
+        allowed += f"{present / 2**30:.3g}; {most} would fit"
+        raise SceneError("chain.particles", count, allowed)
+    refuse_snapshots(scene, left, "in this machine")
 
 
 def _refuse_overlap(scene: Scene, positions: np.ndarray, shape: str) -> None:

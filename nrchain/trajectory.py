@@ -215,8 +215,9 @@ class TrajectoryWriter:
     def update_counters(self, counters: Mapping[str, float]) -> None:
         """Set the counts named, of :data:`COUNTERS`; they reach the disk with the next mark."""
         merged = {**self._counters, **counters}
+        counts = _counts(merged)
         with h5md.refusing(self.path, "cannot be written"):
-            self._counts[:] = _counts(merged)
+            self._counts[:] = counts
         self._counters = merged
 
     def close(
@@ -264,7 +265,7 @@ def _understanding(path: Path) -> Iterator[None]:
         yield
     except SceneError as error:
         raise TrajectoryError(f"{path}: its scene cannot be read: {error}") from error
-    except (OSError, LookupError, ValueError, RuntimeError) as error:
+    except (OSError, LookupError, ValueError, RuntimeError, MemoryError) as error:
         raise TrajectoryError(f"{path}: damaged: {error}") from error
 
 
@@ -274,8 +275,8 @@ def _contents(file: Any) -> dict[str, Any]:
     finished = np.isfinite(time)
     return {
         "time": time[finished],
-        "positions": file[f"{h5md.POSITION}/value"][()][finished],
-        "frames": file[f"{h5md.FRAME}/value"][()][finished],
+        "positions": _finished(file[f"{h5md.POSITION}/value"], finished),
+        "frames": _finished(file[f"{h5md.FRAME}/value"], finished),
         "scene": _scene(file),
         "counters": _counters(file[h5md.COUNTS][()]),
         "status": h5md.STATUSES[file[h5md.STATUS][0]],
@@ -283,6 +284,12 @@ def _contents(file: Any) -> dict[str, Any]:
         "cause": h5md.CAUSES[file[h5md.CAUSE][0]],
         "choice": _choice(file),
     }
+
+
+def _finished(values: Any, finished: np.ndarray) -> np.ndarray:
+    """The values of the finished snapshots, without reading those that a run did not get to."""
+    end = int(finished.sum())
+    return values[:end] if finished[:end].all() else values[finished]
 
 
 def _scene(file: Any) -> Scene:

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 import nrchain.description
 import nrchain.run
 from nrchain import __version__
-from nrchain.cli import INTERRUPTED, PICTURE, REFUSED, STOPPED, app
+from nrchain.cli import INTERRUPTED, PICTURE, PICTURE_IN_SPACE, REFUSED, STOPPED, app
 from nrchain.errors import BackendError
 from nrchain.h5md import FILE_NAME
 from nrchain.run import Progress
@@ -95,6 +95,12 @@ def test_run_simulates_writes_and_draws(tmp_path):
     for part in ("Jacobians", f" {steps} ", "simulated", "slip 2s", "left out", FILE_NAME, PICTURE):
         assert part in result.stdout
     assert {file.name for file in trajectory.path.parent.iterdir()} == {FILE_NAME, PICTURE}
+
+
+def test_a_key_that_does_nothing_is_named_before_the_run(tmp_path, stub):
+    result = call("run", "passive", "-o", tmp_path, "--set", "slip.neighbours=2")
+    assert "note: slip.neighbours has no effect: no mode has a strength" in result.stderr
+    assert "without effect" in result.stdout
 
 
 def test_changes_reach_the_scene(tmp_path, stub):
@@ -241,12 +247,76 @@ def test_plot_draws_where_and_as_it_is_told(tmp_path, stub):
     assert_refused(call("plot", tmp_path), "no finished snapshot")
 
 
+def test_a_picture_of_ones_own_is_replaced_only_when_told(tmp_path, stub):
+    assert call("run", "passive", "-o", tmp_path).exit_code == 0
+    planes = (tmp_path / PICTURE).read_bytes()
+    mine = tmp_path / "mine.png"
+    mine.write_bytes(b"dear")
+    assert_refused(call("plot", tmp_path, "-o", mine), mine, "--overwrite")
+    assert mine.read_bytes() == b"dear"
+    assert call("plot", tmp_path, "-o", mine, "--overwrite").exit_code == 0
+    assert mine.read_bytes() == planes
+    result = call("plot", tmp_path, "--view", "3d")
+    assert result.stdout.strip() == str(tmp_path / PICTURE_IN_SPACE)
+    assert (tmp_path / PICTURE).read_bytes() == planes
+    assert call("plot", tmp_path).exit_code == 0
+    assert (tmp_path / PICTURE).read_bytes() == planes
+
+
+@pytest.mark.parametrize(
+    ("arguments", "parts"),
+    [
+        (["frob"], ["frob", "nrchain --help"]),
+        (["run"], ["SCENE", "nrchain run --help"]),
+        (["run", "passive", "--foo"], ["--foo", "nrchain run --help"]),
+        (["plot", ".", "--view", "top"], ["top", "planes"]),
+        (["plot", ".", "--times", "0"], ["times"]),
+        (["run", "passive", "--set"], ["--set"]),
+        (["run", "passive", "--set", ".=1"], ["'.=1'", "key=value"]),
+    ],
+)
+def test_a_command_line_that_is_not_understood_takes_one_line(arguments, parts):
+    result = call(*arguments)
+    assert result.exit_code == REFUSED
+    assert len(result.stderr.splitlines()) == 1
+    assert result.stderr.startswith("nrchain: ")
+    for part in parts:
+        assert part.lower() in result.stderr.lower()
+
+
+def test_no_command_shows_the_commands():
+    result = call()
+    assert result.exit_code == 0
+    assert "resume" in result.stdout
+
+
 def test_brackets_in_a_title_are_no_markup(tmp_path, stub, monkeypatch):
     description = nrchain.description.Description([("[red]effect", ":smile: [/x]")], [], [])
     monkeypatch.setattr(nrchain.description, "describe", lambda scene: description)
     result = call("run", "passive", "-o", tmp_path)
     assert "[red]effect" in result.stdout
     assert ":smile: [/x]" in result.stdout
+
+
+def test_effects_are_listed_with_their_keys():
+    from nrchain.effects.registry import effects
+
+    shown = call("effects").stdout
+    for effect in effects():
+        assert effect.name in shown
+        assert effect.key in shown
+
+
+def test_effects_of_a_run_are_drawn_beside_the_picture(tmp_path):
+    small = ("--set", "chain.particles=4", "--set", "run.end=1.0", "--set", "run.snapshots=3")
+    told = call("run", "buckling", "-o", tmp_path, *small)
+    assert told.stdout.startswith("effects     stretch, shear, twist, bend, slip 2s\n")
+    before = (tmp_path / PICTURE).read_bytes()
+    drawn = call("plot", tmp_path, "--effects")
+    assert drawn.stdout.strip() == str(tmp_path / "effects.png")
+    assert (tmp_path / PICTURE).read_bytes() == before
+    refused = call("plot", tmp_path, "--effects", "-o", tmp_path / PICTURE)
+    assert_refused(refused, "only replaced with --overwrite")
 
 
 def test_version():

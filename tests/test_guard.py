@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import nrchain
 from nrchain.guard import Guard
-from nrchain.outcome import Cause
+from nrchain.outcome import Cause, Stop
 
 
 def scene_of(count=3, **changes):
@@ -99,3 +99,17 @@ def test_with_a_repulsion_spheres_may_come_closer():
     assert watch(scene_of(steric=steric), straight_line(100.0, 1.5), 0.0, 1.0) is None
     stop = watch(scene_of(steric=steric), straight_line(100.0, 0.5), 0.0, 1.0)
     assert stop.cause is Cause.TOUCH
+
+
+def test_a_run_stops_where_friction_that_is_cut_no_longer_damps():
+    """Ten spheres in a line: twice their diameter apart the cut holds, at contact it does not."""
+    cut = {"chain.spacing": 4.0, "friction": {"kind": "pairwise", "neighbours": 1}}
+    line = np.arange(10.0)[:, None] * [1.0, 0.0, 0.0]
+    guard = Guard(scene_of(10, **cut), 4.0 * line)
+    guard.judge_friction(1.0, 4.0 * line)
+    with pytest.raises(Stop, match="cut at 1 neighbours is no longer positive definite") as stop:
+        guard.judge_friction(2.5, 2.01 * line)
+    assert stop.value.cause is Cause.FRICTION
+    assert stop.value.time == 2.5
+    every = scene_of(10, friction="pairwise", **{"chain.spacing": 4.0})
+    Guard(every, 4.0 * line).judge_friction(2.5, 2.01 * line)

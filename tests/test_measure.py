@@ -191,6 +191,27 @@ def test_a_shape_that_is_no_wave_says_so():
     assert fit.misfit > 0.1
 
 
+def test_a_wave_that_an_open_chain_does_not_show_has_no_rate():
+    q, time = np.pi / (29 * D), np.linspace(0, 1, 11)
+    shape = with_wave(q, 0.1 * np.exp(-time), "y", count=30, ends="free", time=time)
+    assert measure.rate(measure.wave(shape, q, "y")).misfit < 1e-9
+    # of the third harmonic there is a part in it, which decays as the whole does
+    third = measure.wave(shape, 3 * q, "y")
+    with pytest.raises(measure.MeasurementError, match=r"leaves over .* is \d.* of it"):
+        measure.rate(third)
+    trusted = measure.rate(third, most_misfit=np.inf)
+    assert trusted.misfit == pytest.approx(np.median(third.misfit / np.abs(third.amplitude)))
+    assert trusted.growth.value == pytest.approx(-1.0)
+
+
+def test_other_waves_of_a_periodic_chain_do_not_spoil_a_rate():
+    time = np.linspace(0, 1, 11)
+    q = 2 * np.pi / (24 * D)
+    shape = with_wave(q, 0.1 * np.exp(-time), "right", time=time)
+    shape.positions[..., 1] += with_wave(2 * q, 1.0 + time, "y", time=time).positions[..., 1]
+    assert measure.rate(measure.wave(shape, q)).growth.value == pytest.approx(-1.0)
+
+
 def test_translation_is_the_slope_of_the_centre():
     positions, time = straight(5, 20), np.linspace(0, 3, 20)
     velocity = np.array([0.5, -2.0, 0.1])

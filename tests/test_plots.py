@@ -52,6 +52,13 @@ def figures(monkeypatch):
     return saved
 
 
+@pytest.mark.parametrize("view", ["planes", "3d"])
+def test_a_title_in_a_script_the_font_lacks_does_not_warn(tmp_path, view):
+    """Warnings are errors in tests."""
+    trajectory = trajectory_of(bent(), title="鎖の座屈 चेन")
+    assert draw_chain(trajectory, tmp_path / "chain.png", view=view).stat().st_size > 0
+
+
 def planes(figure):
     """The panels xy, xz and yz with the directions they show."""
     return dict(zip(((0, 1), (0, 2), (1, 2)), figure.axes, strict=False))

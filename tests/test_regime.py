@@ -34,9 +34,34 @@ def test_the_long_reach_of_2s_does_not_make_it_infinite():
     assert all("inf" not in text for text in warnings(scene))
 
 
-def test_chains_without_plane_waves_are_left_alone():
-    strengths = [100.0] * 10 + [-100.0] * 10
-    assert warnings(nrchain.load_scene("buckling", **{"slip.2s": strengths})) == []
+def test_a_chain_is_judged_by_its_strongest_spheres():
+    assert (
+        warnings(nrchain.load_scene("buckling", **{"slip.2s": [100.0] * 10 + [-100.0] * 10})) == []
+    )
+    (told,) = warnings(nrchain.load_scene("buckling", **{"slip.2s": [200.0] + [1.0] * 19}))
+    assert "prestress 88 is 0.46 of λ∥d = 193" in told
+
+
+def test_shear_is_judged_and_cured_by_itself():
+    soft = {"elasticity": {"ratio": None, "stretch": 500.0, "shear": 5.0}}
+    scene = nrchain.load_scene("buckling", **soft)
+    (told,) = warnings(scene)
+    assert "prestress 44 is 0.88 of λ⊥d = 50, and tangents turn away" in told
+    assert "elasticity.shear of 15 or more" in told
+    assert warnings(nrchain.load_scene(scene, **{"elasticity.shear": 15.0})) == []
+
+
+@pytest.mark.parametrize("changes", [{}, {"friction": "pairwise"}, {"elasticity.bend": 0.0}])
+def test_a_passive_chain_is_judged_too(changes):
+    assert warnings(nrchain.load_scene("passive", **changes)) == []
+
+
+def test_what_cannot_be_judged_is_said():
+    """A straight chain that turns across itself, and strengths beyond the range of floats."""
+    tilted = {"slip.4a": 100.0, "slip.4a.axis": [1.0, 1.0, 0.0]}
+    (told,) = warnings(nrchain.load_scene("passive", **tilted))
+    assert "cannot be judged beforehand: slip = " in told
+    assert any("cannot" in x for x in warnings(nrchain.load_scene("stable", **{"slip.2s": -1e200})))
 
 
 def test_description_carries_the_warnings():

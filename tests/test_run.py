@@ -394,12 +394,6 @@ def test_progress_is_reported_at_every_snapshot():
     assert seen[-1].counters["steps"] > 0
 
 
-def test_description_lists_what_acts_and_what_does_not():
-    told = nrchain.describe(nrchain.load_scene("buckling", **{"slip.3a": 0.0}))
-    assert ("slip 2s", "strength 100, 1 neighbour a side") in told.simulated
-    assert ("slip 3a", "strength 0") in told.left_out
-
-
 @pytest.mark.parametrize("period", [0.0, 40.0])
 def test_closest_pair_by_both_searches(period, monkeypatch):
     positions = random_chain(16, spacing=2.5, noise=0.8)[0]

@@ -11,7 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nrchain import slip_modes
-from nrchain.errors import NOT_GIVEN, SceneError
+from nrchain.chain import initial_poses
+from nrchain.effects.steric import StericSpec
+from nrchain.errors import NOT_GIVEN, SceneError, TrajectoryError
 from nrchain.scene import (
     ChainSpec,
     ElasticitySpec,
@@ -21,12 +23,12 @@ from nrchain.scene import (
     Slip,
     SlipSpec,
     StartSpec,
-    StericSpec,
     load_scene,
     parse_assignment,
     scene_names,
     scene_path,
 )
+from nrchain.trajectory import Trajectory, TrajectoryWriter
 
 NAN, INF = math.nan, math.inf
 BASE = {
@@ -35,6 +37,7 @@ BASE = {
     "run.end": 10.0,
 }
 PERIODIC = {"chain.ends": "periodic"}
+SINE = {"start.shape": "sine"}
 EXPLICIT = {"elasticity.stretch": 2.0, "elasticity.shear": 3.0}
 
 # changes to BASE, the key that is named, and a part of the sentence on what is allowed
@@ -49,7 +52,11 @@ REFUSALS = [
     ({"slip.neighbors": 1}, "slip.neighbors", "did you mean 'neighbours'"),
     ({"slip.modes": {}}, "slip.modes", "neighbours, finite_size, backend, 2s, 3a, 3t, 4a"),
     ({"slip.2s": {"strength": 1.0, "axes": [1, 0, 0]}}, "slip.2s.axes", "did you mean 'axis'"),
-    ({"zzz": 1}, "zzz", "there are chain, elasticity, slip, friction, steric, start, run, title"),
+    (
+        {"zzz": 1},
+        "zzz",
+        "there are chain, elasticity, slip, friction, start, run, title, steric, field, flow",
+    ),
     ({"chain.particles.x": 1}, "chain.particles.x", "chain.particles is not a table"),
     ({"chain": {3: 1}}, "chain.3", "keys are strings"),
     # missing keys
@@ -113,8 +120,17 @@ REFUSALS = [
     ({"run.max_seconds": 0}, "run.max_seconds", "above 0"),
     ({"run.rtol": 1e-15}, "run.rtol", "at least 1e-14 and at most 0.1"),
     ({"run.rtol": 0.2}, "run.rtol", "at least 1e-14 and at most 0.1"),
-    ({"run.atol": 0.0}, "run.atol", "above 0 and at most 0.1"),
-    ({"run.atol": 0.2}, "run.atol", "above 0 and at most 0.1"),
+    ({"run.atol": 0.0}, "run.atol", "at least 1e-14 and at most 0.1: coordinates are rounded"),
+    ({"run.atol": 9e-15}, "run.atol", "at least 1e-14"),
+    ({"run.atol": 0.2}, "run.atol", "at least 1e-14 and at most 0.1"),
+    # starts that the lattice does not hold
+    ({**SINE, "start.wavenumber": 3.001}, "start.wavenumber", "at most 3"),
+    ({**SINE, "start.wavenumber": 3.0}, "start.wavenumber", "zero at every sphere"),
+    ({**SINE, **PERIODIC, "start.wavenumber": 2}, "start.wavenumber", "zero at every sphere"),
+    ({**SINE, **PERIODIC, "start.wavenumber": 3}, "start.wavenumber", "at most 2, a wave two"),
+    ({"start.shape": "helix-left", "start.wavenumber": 4}, "start.wavenumber", "at most 3"),
+    ({**SINE, "start.amplitude": -1e200}, "start.amplitude", "no more than 1e+06 times"),
+    ({"start.shape": "random", "start.amplitude": -0.1}, "start.amplitude", "at least 0"),
     # keys that do not go together
     ({"slip.2s": [1.0, 2.0, 3.0]}, "slip.2s", "each of the 4 spheres, not 3"),
     ({"slip.2s": []}, "slip.2s", "each of the 4 spheres, not 0"),
@@ -132,6 +148,13 @@ REFUSALS = [
     ({"steric.strength": 1.0}, "steric.strength", "name steric.kind"),
     ({"steric.range": 3.0}, "steric.range", "name steric.kind"),
     ({"steric.kind": "wca"}, "steric.strength", "along with steric.kind"),
+    ({"field.force": 1.0}, "field.force", "a list of 3 finite numbers"),
+    ({"field.torque": [1.0, 2.0]}, "field.torque", "a list of 3 finite numbers"),
+    ({"field.body_force": [0, 0, "x"]}, "field.body_force[2]", "a finite number"),
+    ({"field.body_torque": [0, 0, math.inf]}, "field.body_torque[2]", "a finite number"),
+    ({"flow.gradient": [1, 2, 3]}, "flow.gradient[0]", "a list of 3 finite numbers"),
+    ({"flow.gradient": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}, "flow.gradient", "no trace"),
+    ({"flow.disturbance": 1}, "flow.disturbance", "true or false"),
     ({"steric": {"kind": "soft"}}, "steric.kind", "one of none, wca, harmonic"),
     ({"steric": {"kind": "wca", "strength": 1, "range": 2.0}}, "steric.range", "exceed two radii"),
     ({"steric": {"kind": "wca", "strength": 1, "range": 11}}, "steric.range", "neighbours at rest"),
@@ -180,6 +203,15 @@ def test_a_missing_key_is_said_to_be_missing(changes, message):
     assert str(caught.value).startswith(message)
 
 
+def test_the_shortest_wave_is_a_helix_and_a_negative_amplitude_half_a_turn():
+    shortest = scene_of(**{"start.shape": "helix-right", "start.wavenumber": 3})
+    assert initial_poses(shortest)[0][:, 1] == pytest.approx([0.1, -0.1, 0.1, -0.1])
+    ahead, behind = (
+        initial_poses(scene_of(**SINE, **{"start.amplitude": sign * 0.1}))[0] for sign in (1, -1)
+    )
+    np.testing.assert_array_equal(ahead[:, 1], -behind[:, 1])
+
+
 def test_every_key_has_a_refusal():
     keys = {
         spec.key(n)
@@ -218,6 +250,23 @@ def test_pystokes_is_refused_for_a_mode_it_lacks(monkeypatch):
     assert scene_of(**{"slip.9z": 1.0}).slip.modes["9z"] == Slip(1.0)
     with pytest.raises(SceneError, match="no routine for mode 9z"):
         scene_of(**{"slip.9z": 1.0, "slip.backend": "pystokes"})
+
+
+def test_a_saved_run_of_a_registered_mode_says_to_register_it_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(slip_modes, "_MODES", dict(slip_modes._MODES))
+    known = slip_modes.find("3t")
+    slip_modes.register(
+        slip_modes.SlipMode("9z", "made up", 3, True, False, velocity=known.velocity)
+    )
+    scene = scene_of(**{"slip.9z": 1.0})
+    with TrajectoryWriter(tmp_path / "run.h5", scene, np.array([0.0, 10.0])) as writer:
+        writer.write(0, 0.0, *initial_poses(scene), 0)
+    assert Trajectory.open(tmp_path / "run.h5").scene == scene
+    slip_modes.unregister("9z")
+    with pytest.raises(
+        TrajectoryError, match=r"slip\.9z .*registered again, with nrchain.register"
+    ):
+        Trajectory.open(tmp_path / "run.h5")
 
 
 # --- sources -----------------------------------------------------------------------------------
@@ -316,6 +365,11 @@ def scenes(draw):
     particles = draw(st.integers(2, 6))
     periodic = draw(st.booleans())
     radius = draw(sizes)
+    shape = draw(st.sampled_from(["straight", "sine", "helix-left", "random"]))
+    held = (particles - 1) / 2 if periodic else 0.99 * (particles - 1)
+    waving = shape in ("sine", "helix-left") and held >= 1
+    shape = shape if waving or shape == "random" else "straight"
+    longest = held if waving else 50.0
     strengths = st.one_of(finite, st.lists(finite, min_size=particles, max_size=particles))
     slips = st.builds(Slip, strengths, axes) | st.builds(Slip, strengths)
     ways = st.fixed_dictionaries({}, optional={"ratio": st.floats(1e-3, 1e13)}) | (
@@ -339,18 +393,18 @@ def scenes(draw):
             finite_size=draw(st.booleans()),
             backend="native" if periodic else draw(st.sampled_from(["native", "pystokes"])),
         ),
-        steric=draw(repulsions(radius)),
+        effects={"steric": draw(repulsions(radius))},
         start=StartSpec(
-            shape=draw(st.sampled_from(["straight", "sine", "helix-left", "random"])),
-            amplitude=draw(finite),
-            wavenumber=draw(st.integers(1, 50) if periodic else st.floats(1e-3, 1e3)),
+            shape=shape,
+            amplitude=draw(finite if shape == "straight" else st.floats(0.0, radius)),
+            wavenumber=draw(st.integers(1, int(longest)) if periodic else st.floats(1e-3, longest)),
             seed=draw(st.integers(0, 2**63 - 1)),
         ),
         run=RunSpec(
             end=draw(st.floats(1e-300, 1e300)),
             snapshots=draw(st.integers(2, 10**6)),
             rtol=draw(st.floats(1e-14, 1e-1)),
-            atol=draw(st.floats(1e-300, 1e-1)),
+            atol=draw(st.floats(1e-14, 1e-1)),
             max_steps=draw(st.none() | st.integers(1, 10**9)),
             max_seconds=draw(st.none() | st.floats(1e-3, 1e9)),
         ),

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from nrchain.effects.registry import acting
 from nrchain.errors import TrajectoryError
 from nrchain.h5md import FILE_NAME, REASON_BYTES
 from nrchain.outcome import Cause
@@ -110,6 +111,8 @@ def test_the_file_is_h5md(path, ends):
         assert file["particles/chain/position/step"][()].tolist() == [0, -1, -1, -1, -1]
         assert file["parameters/scene"].asstr()[()] == scene.to_toml()
         assert file["parameters/versions"].attrs["numpy"] == np.__version__
+        names = [effect.name for effect in acting(scene)]
+        assert list(file["parameters/effects"].asstr()[()]) == names
 
 
 def test_only_finished_snapshots_are_read(path):
@@ -383,3 +386,11 @@ def test_a_killed_run_keeps_every_finished_snapshot(path, delay):
         writer.write(0, 0.5, *uniform(0.5, 2000), step=1)
         writer.close("completed")
     assert assert_whole(path).status == "completed"
+
+
+def test_sizes_beyond_what_hdf5_counts_are_refused_in_one_line(tmp_path):
+    times = np.broadcast_to(0.0, (2**59,))
+    with pytest.raises(TrajectoryError, match="cannot be created") as caught:
+        TrajectoryWriter(tmp_path / "huge.h5", make_scene(), times)
+    assert "\n" not in str(caught.value)
+    assert list(tmp_path.iterdir()) == []

@@ -17,10 +17,10 @@ from matplotlib.figure import Figure
 
 from nrchain.auto import choose, full_scene
 from nrchain.choice import Choice
+from nrchain.effects.slip import active_modes
 from nrchain.nominal_cost import Fluid
 from nrchain.run import simulate
 from nrchain.scene import CHOSEN, Scene, load_scene
-from nrchain.scene_changes import acting_modes
 from nrchain.timing import distance
 from nrchain.trajectory import Trajectory
 from validation.effects_scenes import completed, long_scene, random_scene
@@ -114,7 +114,7 @@ def _sets(full: Scene) -> list[Fluid]:
     whole, count = Fluid.of(full), full.chain.particles
     reaches = [r for r in REACHES if r < count - 1 or math.isinf(r)]
     slips = [(whole.reach, whole.finite_size)]
-    if acting_modes(full):
+    if active_modes(full):
         sizes = sorted({whole.finite_size, False})
         slips = [(reach, size) for reach in reaches for size in sizes]
     frictions = [0.0, *(r for r in reaches if r in (4.0, math.inf))]

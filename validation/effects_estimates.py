@@ -32,7 +32,7 @@ from validation.recorder import Recorder
 SCENES, QUICK_SCENES = 48, 3
 TIGHT = 1e-9
 NOISE = 10.0
-"""Differences below this many times the error of the run at its own tolerance say nothing."""
+"""Differences below this many times the error of the run, or its tolerance, say nothing."""
 
 TIMED = 8
 """Scenes whose estimates are timed, beside the runs that they stand for."""
@@ -114,8 +114,8 @@ def _measure(seed: int, scene: Scene, told: Estimates) -> list[Case]:
                     "velocity": one.velocity_along,
                 },
                 {
-                    "displacement": NOISE * max(blur, TIGHT),
-                    "turn": NOISE * max(twist, TIGHT),
+                    "displacement": NOISE * max(blur, scene.run.atol),
+                    "turn": NOISE * max(twist, scene.run.atol),
                     "velocity": NOISE * TIGHT,
                 },
                 _foreseen(scene, one, other),
@@ -201,9 +201,9 @@ def _record(recorder: Recorder, scenes: int, cases: list[Case], cost: tuple[floa
          "Median of |ln factor|"],
         rows,
         f"Estimates from probes at tolerance {PROBE_TOLERANCE:g} over whole runs, against runs at "
-        f"{TIGHT:g}. All probes of a scene together take {cost[0]:.2g} times its run at the default "
-        f"tolerance, and {cost[1]:.2g} of the runs with and without all effects that they stand for "
-        f"(first {TIMED} scenes, whose runs take some hundredths of a second).",
+        f"{TIGHT:g}. All probes of a scene together take {cost[0]:.2g} times its run at the "
+        f"default tolerance, and {cost[1]:.2g} of the runs with and without all effects that they "
+        f"stand for (first {TIMED} scenes, whose runs take some hundredths of a second).",
     )  # fmt: skip
     recorder.figure(
         "estimates",

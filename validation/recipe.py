@@ -103,16 +103,31 @@ class Recipe:
 
 
 def solve_recipe(
-    scene: Scene, positions: Array, frames: Array, times: Array, rtol: float, atol: float
+    scene: Scene,
+    positions: Array,
+    frames: Array,
+    times: Array,
+    rtol: float,
+    atol: float,
+    careful: bool = False,
 ) -> Solution:
-    """Today's practice: the recipe's right-hand side in ``solve_ivp(method="BDF")``."""
+    """Today's practice: the recipe's right-hand side in ``solve_ivp(method="BDF")``.
+
+    ``careful``: with :func:`difference_quotients` in place of SciPy's own.
+    """
     begin = time.perf_counter()
     recipe = Recipe(scene, positions, frames)
-    return _solve(recipe.rates, recipe.start, recipe.snapshots, times, rtol, atol, begin)
+    return _solve(recipe.rates, recipe.start, recipe.snapshots, times, rtol, atol, begin, careful)
 
 
 def solve_compiled(
-    scene: Scene, positions: Array, frames: Array, times: Array, rtol: float, atol: float
+    scene: Scene,
+    positions: Array,
+    frames: Array,
+    times: Array,
+    rtol: float,
+    atol: float,
+    careful: bool = False,
 ) -> Solution:
     """``solve_ivp(method="BDF")`` given nrchain's compiled right-hand side, in one chart."""
     begin = time.perf_counter()
@@ -132,7 +147,8 @@ def solve_compiled(
             turned.append(along.copy())
         return np.array(reached), np.array(turned)
 
-    return _solve(rates, np.zeros(chain.dimension), snapshots, times, rtol, atol, begin)
+    start = np.zeros(chain.dimension)
+    return _solve(rates, start, snapshots, times, rtol, atol, begin, careful)
 
 
 def _solve(
@@ -143,6 +159,7 @@ def _solve(
     rtol: float,
     atol: float,
     begin: float,
+    careful: bool,
 ) -> Solution:
     from scipy.integrate import solve_ivp
 
@@ -162,7 +179,7 @@ def _solve(
             t_eval=times,
             rtol=rtol,
             atol=atol,
-            jac=lambda t, y: difference_quotients(counted, t, y),
+            jac=(lambda t, y: difference_quotients(counted, t, y)) if careful else None,
         )
     if not result.success:
         raise ArithmeticError(f"solve_ivp stopped: {result.message}")
@@ -175,8 +192,8 @@ def difference_quotients(rates: Rates, t: float, y: Array) -> Array:
     """∂f/∂y (n, n) column by column, n + 1 evaluations.
 
     The step is the same for all coordinates. SciPy's own scales with |y| or the tolerance, and is
-    lost in rounding where a coordinate is zero: at tolerances of 1e-6 that Jacobian is wrong, and
-    steps collapse.
+    lost in rounding where a coordinate is zero: at tight tolerances that Jacobian can be so wrong
+    that steps collapse.
     """
     before = rates(t, y)
     matrix, moved = np.empty((len(y), len(y))), y.copy()

@@ -1,4 +1,4 @@
-"""One thread for everything: kernels of numba, loops of PyStokes (OpenMP), linear algebra (OpenBLAS).
+"""One thread for everything: kernels of numba, loops of PyStokes (OpenMP), OpenBLAS.
 
 Two threads that wait for each other are as late as the one that was kept waiting. On a machine of
 two cores that has other things to do, OpenBLAS factorises a matrix of 384 columns a hundred times

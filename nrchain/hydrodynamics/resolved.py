@@ -43,6 +43,7 @@ from nrchain.arguments import finite_array
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics import lamb
 from nrchain.hydrodynamics.surface_slip import SlipLike, SurfaceSlip, surface_slip
+from nrchain.scene_rules import number, whole
 
 Pair: TypeAlias = tuple[np.ndarray, np.ndarray]
 """Velocities and angular velocities, or forces and torques: (N, 3) each, lab frame."""
@@ -78,18 +79,15 @@ class ResolvedSpheres:
         viscosity: float = 1.0,
         order: int = 10,
     ) -> None:
-        for name, value in (("radius", radius), ("viscosity", viscosity)):
-            if not (math.isfinite(value) and value > 0):
-                raise SceneError(name, value, "must be a finite number of more than 0")
-        if not isinstance(order, int | np.integer) or order < 1:
-            raise SceneError("order", order, "must be a whole number of at least 1")
+        self.radius = number(above=0)("radius", radius)
+        self.viscosity = number(above=0)("viscosity", viscosity)
+        self.order = whole(least=1)("order", order)
         self.positions = finite_array("positions", positions, (None, 3))
         nearest = pdist(self.positions).min(initial=math.inf)
         if nearest <= 2 * radius:
             raise SceneError(
                 "positions", f"centres {nearest:.6g} apart", f"must be more than {2 * radius:g}"
             )
-        self.radius, self.viscosity, self.order = radius, viscosity, order
         self._normals, weights = lamb.sphere_grid(order + 1)
         self._roots = np.sqrt(weights)[:, None]
         self._twist_units = np.repeat([1.0, 1 / radius], 3)

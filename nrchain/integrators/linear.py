@@ -1,23 +1,29 @@
 """(I − cJ) x = b for real and complex c: the linear systems of the implicit schemes.
 
-J is the Jacobian of the charted chain. What acts between near neighbours makes it banded; what
-reaches further fills it, and it is then built and factorised whole.
+J is the Jacobian of the charted chain. What acts between near neighbours makes it banded, and it
+is factorised in its band. What reaches further fills it: it is then only ever multiplied by, and
+the systems are solved by GMRES with the factors of the band as preconditioner. Memory grows
+linearly with N in either case.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
-from scipy.linalg import lapack, lu_factor, lu_solve
-from scipy.sparse import dia_matrix
+from scipy.linalg import lapack
+from scipy.sparse import csc_matrix, dia_matrix
+from scipy.sparse.linalg import LinearOperator, gmres
 
 from nrchain.charts import ChartedChain
-from nrchain.errors import SceneError
 
-DENSE_LIMIT = 256
-"""Spheres up to which a filled Jacobian is built: 19 MB, and as many columns as 6N."""
+RESIDUAL = 1e-3
+"""What GMRES leaves of a preconditioned right-hand side. Newton's iteration, which asks for the
+solutions, leaves about as much with a Jacobian that is a few steps old."""
+
+KRYLOV_DIMENSION = 40
+"""Upper bound on the iterations of one linear solve."""
 
 Solve = Callable[[np.ndarray], np.ndarray]
 
@@ -31,9 +37,6 @@ class Jacobian(Protocol):
 
     def update(self, time: float, y: np.ndarray) -> None:
         """Take J at (time, y)."""
-
-    def matrix(self) -> Any:
-        """J as an array, or as a sparse matrix by columns."""
 
     def shifted_inverse(self, scale: complex) -> Solve:
         """b ↦ (I − scale · J)⁻¹ b, good until the next call with a scale of the same kind."""
@@ -57,7 +60,8 @@ class BandedJacobian:
         self._chain.fill_band(self._bands[kind], kind(shift), scale)
         return self._bands[kind]
 
-    def matrix(self) -> Any:
+    def matrix(self) -> csc_matrix:
+        """J as a sparse matrix by columns."""
         width = self._chain.bandwidth
         diagonals = np.arange(width, -width - 1, -1)
         band = self._band(0.0, 1.0)[width:]
@@ -73,40 +77,45 @@ class BandedJacobian:
         return lambda right: substitute(factors, width, width, right, pivots)[0]
 
 
-class DenseJacobian:
-    """J that couples all spheres, factorised whole."""
+class KrylovJacobian:
+    """J that couples all spheres: its exact products, and the factors of its band.
 
-    def __init__(self, chain: ChartedChain) -> None:
-        self._chain = chain
-        self._matrix = np.empty((0, 0))
+    Residuals are measured after preconditioning, where they are errors of the solution, and in
+    ``units`` (dimension,) of the coordinates, of which only the ratios matter.
+    """
+
+    def __init__(self, chain: ChartedChain, units: np.ndarray) -> None:
+        self._chain, self._near, self._units = chain, BandedJacobian(chain), units
 
     def update(self, time: float, y: np.ndarray) -> None:
-        self._chain.linearise(time, y)
-        self._matrix = self._chain.jacobian()
-
-    def matrix(self) -> np.ndarray:
-        return self._matrix
+        self._near.update(time, y)
 
     def shifted_inverse(self, scale: complex) -> Solve:
-        shifted = np.eye(len(self._matrix)) - scale * self._matrix
-        if not np.isfinite(shifted).all():
-            raise SingularMatrix
-        factors = lu_factor(shifted, overwrite_a=True, check_finite=False)
-        return lambda right: lu_solve(factors, right, check_finite=False)
+        precondition, kind = self._near.shifted_inverse(scale), type(scale)
+        size, units = len(self._units), self._units
+
+        def multiply(scaled: np.ndarray) -> np.ndarray:
+            change = units * scaled.ravel()
+            return precondition(change - scale * self._product(change)) / units
+
+        operator = LinearOperator((size, size), matvec=multiply, dtype=kind)
+
+        def solve(right: np.ndarray) -> np.ndarray:
+            target = precondition(right) / units
+            found, _ = gmres(operator, target, rtol=RESIDUAL, restart=KRYLOV_DIMENSION, maxiter=1)
+            return units * found
+
+        return solve
+
+    def _product(self, vector: np.ndarray) -> np.ndarray:
+        """J · vector; of a complex vector, part by part."""
+        if np.iscomplexobj(vector):
+            return self._product(vector.real.copy()) + 1j * self._product(vector.imag.copy())
+        out = np.empty_like(vector)
+        self._chain.product(vector, out)
+        return out
 
 
-def jacobian_of(chain: ChartedChain, integrator: str) -> Jacobian:
-    """The Jacobian of a chain, banded where all that acts lies in the band.
-
-    Raises :class:`~nrchain.errors.SceneError` when a filled one would be too large.
-    """
-    if chain.model.is_banded:
-        return BandedJacobian(chain)
-    if chain.model.count > DENSE_LIMIT:
-        raise SceneError(
-            "run.integrator",
-            integrator,
-            f"builds the whole Jacobian where spheres act on others far along the chain, for up "
-            f"to {DENSE_LIMIT} spheres; a chain of {chain.model.count} needs 'cvode'",
-        )
-    return DenseJacobian(chain)
+def jacobian_of(chain: ChartedChain, units: np.ndarray) -> BandedJacobian | KrylovJacobian:
+    """The Jacobian of a chain by what acts between its spheres, with the units of y."""
+    return BandedJacobian(chain) if chain.model.is_banded else KrylovJacobian(chain, units)

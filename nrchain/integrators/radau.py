@@ -107,7 +107,7 @@ class Radau(Integrator):
     ) -> None:
         super().__init__(chain, end, rtol, atol)
         self._fixed = fixed_step
-        self._jacobian = jacobian_of(chain, self.name)
+        self._jacobian = jacobian_of(chain, atol)
         patience = PATIENCE if fixed_step else ITERATIONS
         self._system = StageSystem(chain.rates, self._jacobian, chain.dimension, patience)
         self._slope = np.empty(chain.dimension)

@@ -1,10 +1,16 @@
-"""Banded and filled Jacobians: (I − cJ)⁻¹ and the matrix itself, against dense algebra."""
+"""Banded and matrix-free Jacobians: (I − cJ)⁻¹ and J itself, against dense algebra."""
 
 import numpy as np
 import pytest
 from integrators.stepping import periodic, prepare, small
 
-from nrchain.integrators.linear import BandedJacobian, DenseJacobian, SingularMatrix, jacobian_of
+from nrchain.integrators.linear import (
+    RESIDUAL,
+    BandedJacobian,
+    KrylovJacobian,
+    SingularMatrix,
+    jacobian_of,
+)
 
 SCENES = {
     "open": lambda: small("wave", 6, 1.0),
@@ -17,7 +23,7 @@ SCENES = {
 def linearised(scene):
     """A chain's Jacobian at a point away from the base, and the same from the chain's products."""
     chain, _ = prepare(SCENES[scene](), "cvode", 1e-6)
-    jacobian = jacobian_of(chain, "radau")
+    jacobian = jacobian_of(chain, np.ones(chain.dimension))
     jacobian.update(0.3, 0.1 * np.random.default_rng(5).standard_normal(chain.dimension))
     return jacobian, chain.jacobian()
 
@@ -25,7 +31,17 @@ def linearised(scene):
 @pytest.mark.parametrize("scene", SCENES)
 def test_kind(scene):
     jacobian, _ = linearised(scene)
-    assert isinstance(jacobian, DenseJacobian if scene == "all pairs" else BandedJacobian)
+    assert isinstance(jacobian, KrylovJacobian if scene == "all pairs" else BandedJacobian)
+
+
+def left_over(jacobian, dense, scale, found, right):
+    """What is left of a right-hand side, in units of what GMRES may leave."""
+    rest = right - (found - scale * dense @ found)
+    if isinstance(jacobian, BandedJacobian):
+        return np.abs(rest).max() / 1e-11
+    precondition = jacobian._near.shifted_inverse(scale)
+    sizes = (np.linalg.norm(precondition(vector)) for vector in (rest, right))
+    return np.divide(*sizes) / RESIDUAL
 
 
 @pytest.mark.parametrize("scene", SCENES)
@@ -34,7 +50,7 @@ def test_shifted_inverse(scene, scale):
     jacobian, dense = linearised(scene)
     right = np.random.default_rng(6).standard_normal(len(dense)).astype(type(scale))
     found = jacobian.shifted_inverse(scale)(right)
-    assert found - scale * dense @ found == pytest.approx(right, abs=1e-11)
+    assert left_over(jacobian, dense, scale, found, right) <= 1.0
 
 
 @pytest.mark.parametrize("scene", SCENES)
@@ -43,18 +59,14 @@ def test_real_and_complex_factors_live_side_by_side(scene):
     right = np.ones(len(dense))
     real = jacobian.shifted_inverse(0.02)
     jacobian.shifted_inverse(0.01 + 0.01j)
-    found = real(right)
-    assert found - 0.02 * dense @ found == pytest.approx(right, abs=1e-11)
+    assert left_over(jacobian, dense, 0.02, real(right), right) <= 1.0
 
 
-@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("scene", [name for name in SCENES if name != "all pairs"])
 def test_matrix(scene):
     jacobian, dense = linearised(scene)
-    matrix = jacobian.matrix()
-    if scene != "all pairs":
-        assert matrix.format == "csc"
-        matrix = matrix.toarray()
-    assert matrix == pytest.approx(dense, rel=1e-14, abs=0.0)
+    assert jacobian.matrix().format == "csc"
+    assert jacobian.matrix().toarray() == pytest.approx(dense, rel=1e-14, abs=0.0)
 
 
 def test_singular_matrices_are_told_apart():

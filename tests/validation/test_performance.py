@@ -40,7 +40,7 @@ def test_the_loosest_tolerance_that_meets_an_error():
 
 
 def test_an_error_is_the_largest_distance_in_radii():
-    true = simulate(buckling(4, "sine", **{"run.end": 1.0, "chain.radius": 2.0}))
+    true = simulate(buckling(4, **{"run.end": 1.0, "chain.radius": 2.0}))
     moved = true.positions.copy()
     moved[3, 2] += [3.0, 0.0, 4.0]
     assert miss(moved, true) == pytest.approx(2.5)
@@ -52,7 +52,7 @@ def test_a_rival_that_breaks_down_meets_no_error():
     def solve(*arguments):
         raise ArithmeticError
 
-    true = simulate(buckling(4, "sine", **{"run.end": 1.0}))
+    true = simulate(buckling(4, **{"run.end": 1.0}))
     assert theirs(solve, true.scene, 1e-3, true).error == np.inf
 
 

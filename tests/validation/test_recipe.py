@@ -82,13 +82,14 @@ def test_rates_are_the_derivative_of_poses():
 @pytest.mark.parametrize(
     "options", [{}, {"slip.neighbours": "all", "friction": "pairwise"}], ids=["near", "far"]
 )
-def test_a_short_run_ends_where_nrchain_does(solve, options):
+@pytest.mark.parametrize("careful", [False, True])
+def test_a_short_run_ends_where_nrchain_does(solve, options, careful):
     table = {"chain.particles": 5, "slip.2s": 100.0, "slip.4a": 50.0, "start.shape": "random"}
     run = {"run.end": 20.0, "run.snapshots": 3, "run.rtol": 1e-8, "run.atol": 1e-8}
     scene = load_scene(table | run, **options)
     expected = simulate(scene)
     with one_thread():
-        found = solve(scene, *initial_poses(scene), expected.time, 1e-8, 1e-8)
+        found = solve(scene, *initial_poses(scene), expected.time, 1e-8, 1e-8, careful)
     np.testing.assert_allclose(found.positions, expected.positions, atol=1e-5)
     np.testing.assert_allclose(found.frames, expected.frames, atol=1e-5)
     assert found.jacobians > 0
