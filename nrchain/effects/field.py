@@ -11,6 +11,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
+from nrchain._compile import kernel
 from nrchain.effects.base import OneBodyEffect, cross_matrix
 from nrchain.effects.registry import register_effect
 from nrchain.errors import SceneError
@@ -30,6 +31,20 @@ class FieldSpec(Section):
     torque: Annotated[Vector, vector()] = _NONE
     body_force: Annotated[Vector, vector()] = _NONE
     body_torque: Annotated[Vector, vector()] = _NONE
+
+
+@kernel
+def _add_field(frames, lab, body, wrenches):
+    """wrenches += (f, t) + Σ_a (f_a, t_a) e_a."""
+    for i in range(wrenches.shape[0]):
+        for half in range(2):
+            for k in range(3):
+                wrenches[i, 3 * half + k] += (
+                    lab[3 * half + k]
+                    + body[half, 0] * frames[i, 0, k]
+                    + body[half, 1] * frames[i, 1, k]
+                    + body[half, 2] * frames[i, 2, k]
+                )
 
 
 @register_effect
@@ -83,8 +98,7 @@ class Field(OneBodyEffect):
         return wrench[0], field.derivative(np.zeros((1, 3)), frames)[0]
 
     def add_wrenches(self, positions: np.ndarray, frames: np.ndarray, wrenches: np.ndarray) -> None:
-        wrenches += self._lab
-        wrenches += (self._body @ frames).reshape(-1, 6)
+        _add_field(frames, self._lab, self._body, wrenches)
 
     def derivative(self, positions: np.ndarray, frames: np.ndarray) -> np.ndarray:
         """∂(F, T)/∂φ: a body vector changes by φ × b."""

@@ -26,34 +26,51 @@ from nrchain.scene import Scene, load_scene
 
 
 @kernel
-def _shed(points, i, j, strain, x, pulled):
-    """Fill x = r_i − r_j and E·x; return 1/r² and 1/r⁵."""
-    for k in range(3):
-        x[k] = points[i, k] - points[j, k]
-    for k in range(3):
-        pulled[k] = strain[k, 0] * x[0] + strain[k, 1] * x[1] + strain[k, 2] * x[2]
-    square = 1.0 / (x[0] ** 2 + x[1] ** 2 + x[2] ** 2)
-    return square, square**2 * np.sqrt(square)
+def _pull(strain, x):
+    """E·x."""
+    return (
+        strain[0, 0] * x[0] + strain[0, 1] * x[1] + strain[0, 2] * x[2],
+        strain[1, 0] * x[0] + strain[1, 1] * x[1] + strain[1, 2] * x[2],
+        strain[2, 0] * x[0] + strain[2, 1] * x[1] + strain[2, 2] * x[2],
+    )
 
 
 @kernel
-def _add_change(points, i, j, strain, dx, factor, work, out):
+def _dot(p, q):
+    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
+
+
+@kernel
+def _cross(p, q):
+    return (
+        p[1] * q[2] - p[2] * q[1],
+        p[2] * q[0] - p[0] * q[2],
+        p[0] * q[1] - p[1] * q[0],
+    )
+
+
+@kernel
+def _between(points, i, j):
+    """r_i − r_j."""
+    return (
+        points[i, 0] - points[j, 0],
+        points[i, 1] - points[j, 1],
+        points[i, 2] - points[j, 2],
+    )
+
+
+@kernel
+def _add_change(x, dx, strain, factor, out):
     """out (6,) += factor times the change of (x x·E·x, (E·x) × x)/r⁵ when x changes by dx."""
-    x, pulled, moved = work[0], work[1], work[2]
-    square, fifth = _shed(points, i, j, strain, x, pulled)
-    stretch = along = xex = 0.0
+    square = 1.0 / _dot(x, x)
+    factor *= square**2 * np.sqrt(square)
+    pulled, moved = _pull(strain, x), _pull(strain, dx)
+    along, stretch = _dot(pulled, x), 5.0 * square * _dot(x, dx)
+    change = 2.0 * _dot(pulled, dx) - along * stretch
+    turn, first, second = _cross(pulled, x), _cross(moved, x), _cross(pulled, dx)
     for k in range(3):
-        moved[k] = strain[k, 0] * dx[0] + strain[k, 1] * dx[1] + strain[k, 2] * dx[2]
-        along += pulled[k] * dx[k]
-        stretch += 5.0 * square * x[k] * dx[k]
-        xex += pulled[k] * x[k]
-    for k in range(3):
-        k1, k2 = (k + 1) % 3, (k + 2) % 3
-        change = 2.0 * along * x[k] + xex * (dx[k] - stretch * x[k])
-        out[k] += factor * fifth * change
-        turn = moved[k1] * x[k2] - moved[k2] * x[k1] + pulled[k1] * dx[k2] - pulled[k2] * dx[k1]
-        turn -= stretch * (pulled[k1] * x[k2] - pulled[k2] * x[k1])
-        out[3 + k] += factor * fifth * turn
+        out[k] += factor * (change * x[k] + along * dx[k])
+        out[3 + k] += factor * (first[k] + second[k] - stretch * turn[k])
 
 
 @cache
@@ -63,17 +80,16 @@ def _twist_kernel(parallel: bool) -> Any:
     def add_strain(points, weights, strain, size, first, reach, twists):
         for i in prange(twists.shape[0]):
             me = first + i
-            x, pulled = np.empty(3), np.empty(3)
             for j in range(max(0, me - reach), min(points.shape[0], me + reach + 1)):
                 if j == me:
                     continue
-                _, fifth = _shed(points, me, j, strain, x, pulled)
-                factor = -size * weights[j] * fifth
-                along = factor * (pulled[0] * x[0] + pulled[1] * x[1] + pulled[2] * x[2])
+                x = _between(points, me, j)
+                pulled, square = _pull(strain, x), 1.0 / _dot(x, x)
+                factor = -size * weights[j] * square**2 * np.sqrt(square)
+                along, turn = _dot(pulled, x), _cross(pulled, x)
                 for k in range(3):
-                    k1, k2 = (k + 1) % 3, (k + 2) % 3
-                    twists[i, k] += along * x[k]
-                    twists[i, 3 + k] += factor * (pulled[k1] * x[k2] - pulled[k2] * x[k1])
+                    twists[i, k] += factor * along * x[k]
+                    twists[i, 3 + k] += factor * turn[k]
 
     return compile_sum(add_strain, parallel)
 
@@ -85,13 +101,11 @@ def _product_kernel(parallel: bool) -> Any:
     def add_strain_product(points, moves, weights, strain, size, first, reach, out):
         for i in prange(out.shape[0]):
             me = first + i
-            work, dx = np.empty((3, 3)), np.empty(3)
             for j in range(max(0, me - reach), min(points.shape[0], me + reach + 1)):
                 if j == me:
                     continue
-                for k in range(3):
-                    dx[k] = moves[me, k] - moves[j, k]
-                _add_change(points, me, j, strain, dx, -size * weights[j], work, out[i])
+                x, dx = _between(points, me, j), _between(moves, me, j)
+                _add_change(x, dx, strain, -size * weights[j], out[i])
 
     return compile_sum(add_strain_product, parallel)
 
@@ -99,17 +113,17 @@ def _product_kernel(parallel: bool) -> Any:
 @kernel
 def _add_blocks(points, weights, strain, size, first, reach, blocks):
     centre = blocks.shape[1] // 2
-    work, dx, column = np.empty((3, 3)), np.empty(3), np.empty(6)
+    column = np.empty(6)
     for i in range(blocks.shape[0]):
         me = first + i
         for j in range(max(0, me - reach), min(points.shape[0], me + reach + 1)):
             if j == me:
                 continue
+            x = _between(points, me, j)
             for k in range(3):
-                dx[:] = 0.0
-                dx[k] = 1.0
+                dx = (1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
                 column[:] = 0.0
-                _add_change(points, me, j, strain, dx, -size * weights[j], work, column)
+                _add_change(x, dx, strain, -size * weights[j], column)
                 for row in range(6):
                     blocks[i, centre, row, k] += column[row]
                     blocks[i, centre + j - me, row, k] -= column[row]
