@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -133,7 +132,9 @@ def estimate_effects(
     begin = starting_poses(scene, *(poses or (None, None)))
     probe = _probe(scene, changes, begin, budget, end or scene.run.end)
     wave = fastest_wave(scene)
-    found = [_estimate(scene, change, n + 1, probe, wave) for n, change in enumerate(changes)]
+    own = growth_at(scene, wave)
+    parts = [growth_of(scene, change, wave, own) for change in changes]
+    found = [_estimate(scene, c, n + 1, probe, parts[n]) for n, c in enumerate(changes)]
     return Estimates(
         scene, wave, found, sum(probe.evaluations), probe.evaluations[0], float(probe.times[-1])
     )
@@ -214,7 +215,7 @@ def _compare(run: PairedRun, models: list[Model], radius: float) -> tuple[float,
 
 
 def _estimate(
-    scene: Scene, change: Change, member: int, probe: _Probe, wave: float | None
+    scene: Scene, change: Change, member: int, probe: _Probe, growth: float | None
 ) -> Estimate:
     followed = np.isfinite(probe.distances[:, member])
     last = int(np.flatnonzero(followed)[-1])
@@ -237,7 +238,7 @@ def _estimate(
         change,
         float(probe.velocities[0, member]),
         float(np.nanmax(probe.velocities[:, member])),
-        growth_of(scene, change, wave),
+        growth,
         distance,
         turn,
         until,
@@ -250,16 +251,22 @@ def _described(change: Change) -> str:
     return "without it the run" if change.kind == "drop" else "with it the run"
 
 
-def growth_of(scene: Scene, change: Change, wave: float | None) -> float | None:
-    """The effect's own part of the growth rate at q = ``wave``: with it, less without it."""
-    own, other = _growth_at(scene, wave), _growth_at(change.scene, wave)
+def growth_of(
+    scene: Scene, change: Change, wave: float | None, own: float | None = None
+) -> float | None:
+    """The effect's own part of the growth rate at q = ``wave``: with it, less without it.
+
+    ``own`` is the growth rate of the scene there, if it is known.
+    """
+    own = growth_at(scene, wave) if own is None else own
+    other = growth_at(change.scene, wave)
     if own is None or other is None:
         return None
     return own - other if change.kind == "drop" else other - own
 
 
-@lru_cache(maxsize=64)
-def _growth_at(scene: Scene, wave: float | None) -> float | None:
+def growth_at(scene: Scene, wave: float | None) -> float | None:
+    """Re Λ of the faster bending branch at one q; None without plane waves."""
     rates = None if wave is None else bending_growth(scene, np.array([wave]))
     return None if rates is None else float(rates[0])
 

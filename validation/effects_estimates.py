@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from nrchain.choice import velocity_difference
 from nrchain.errors import SceneError
 from nrchain.estimate import (
+    EARLY,
     PROBE_TOLERANCE,
     SAMPLES,
     Estimate,
@@ -37,7 +38,7 @@ NOISE = 10.0
 TIMED = 8
 """Scenes whose estimates are timed, beside the runs that they stand for."""
 
-FINE = 32 * 33 + 1
+FINE = (SAMPLES - 1) * EARLY + 1
 """Snapshots of the run whose velocities are compared: at all times that a probe is looked at."""
 
 FACTOR = 2.0
@@ -146,7 +147,7 @@ def _apart(run: Trajectory, other: Trajectory) -> tuple[float, float]:
 
 def _largest_velocity(scene: Scene, change: Change, run: Trajectory) -> float:
     models = Model(scene), Model(change.scene)
-    looked_at = sorted({*range(SAMPLES), *range(0, len(run.time), SAMPLES)})
+    looked_at = sorted({*range(EARLY), *range(0, len(run.time), EARLY)})
     poses = ((run.positions[n], run.frames[n]) for n in looked_at)
     return max(velocity_difference(*models, pose, scene.chain.radius) for pose in poses)
 
