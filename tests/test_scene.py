@@ -55,7 +55,8 @@ REFUSALS = [
     (
         {"zzz": 1},
         "zzz",
-        "there are chain, elasticity, slip, friction, start, run, title, steric, field, flow",
+        "there are chain, elasticity, slip, friction, start, run, title, effects, tolerance,"
+        " steric, field, flow",
     ),
     ({"chain.particles.x": 1}, "chain.particles.x", "chain.particles is not a table"),
     ({"chain": {3: 1}}, "chain.3", "keys are strings"),

@@ -187,9 +187,13 @@ class Effect:
     """``energy(positions, frames)`` is V of an effect with F = −∂V/∂r and T = −∂V/∂φ, if any."""
 
 
-@cache
-def default_section(kind: Any) -> Section:
+def default_section(kind: Any) -> Any:
     """The section of a scene that names none of its keys."""
+    return _default_section(kind)
+
+
+@cache
+def _default_section(kind: Any) -> Any:
     return kind()
 
 
