@@ -394,7 +394,7 @@ def scenes(draw):
             finite_size=draw(st.booleans()),
             backend="native" if periodic else draw(st.sampled_from(["native", "pystokes"])),
         ),
-        effects={"steric": draw(repulsions(radius))},
+        further={"steric": draw(repulsions(radius))},
         start=StartSpec(
             shape=shape,
             amplitude=draw(finite if shape == "straight" else st.floats(0.0, radius)),
