@@ -40,7 +40,8 @@ PROBE_BUDGET = 2.0
 
 SAMPLES, EARLY = 17, 8
 """Times at which members of a probe are compared, the start among them; the first interval is
-divided once more, so that a probe its budget ends has something to be carried on from."""
+divided once more, and halved so many times, so that a difference is seen before a run that lacks an
+effect stops, and a probe its budget ends has something to be carried on from."""
 
 FEWEST_SAMPLES = 4
 """Samples that a difference must have been followed for before it is carried on."""
@@ -176,7 +177,7 @@ def _probe(scene: Scene, changes: list[Change], begin: Poses, budget: float, end
     scenes = [scene, *(change.scene for change in changes)]
     times = np.linspace(0.0, end, SAMPLES)
     costs = np.array([evaluation_cost(one) for one in scenes])
-    early = times[1] * np.arange(1, EARLY) / EARLY
+    early = times[1] * np.union1d(np.arange(1, EARLY) / EARLY, 0.5 ** np.arange(1, EARLY))
     due = np.concatenate([early, times[1:]])
     radius = scene.chain.radius
     run = PairedRun(scenes, begin, PROBE_TOLERANCE)

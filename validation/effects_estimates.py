@@ -38,7 +38,7 @@ NOISE = 10.0
 TIMED = 8
 """Scenes whose estimates are timed, beside the runs that they stand for."""
 
-FINE = (SAMPLES - 1) * EARLY + 1
+FINE = (SAMPLES - 1) * 2 ** (EARLY - 1) + 1
 """Snapshots of the run whose velocities are compared: at all times that a probe is looked at."""
 
 FACTOR = 2.0
@@ -96,6 +96,8 @@ def _measure(seed: int, scene: Scene, told: Estimates) -> list[Case]:
     whole = _run(scene, told.probed, TIGHT, FINE)
     cases = []
     for one in told.estimates:
+        if one.until == 0.0:
+            continue
         if one.until not in ends:
             run = _run(scene, one.until, TIGHT)
             own = simulate(load_scene(scene, **{"run.end": one.until, "run.snapshots": 2}))
@@ -147,7 +149,9 @@ def _apart(run: Trajectory, other: Trajectory) -> tuple[float, float]:
 
 def _largest_velocity(scene: Scene, change: Change, run: Trajectory) -> float:
     models = Model(scene), Model(change.scene)
-    looked_at = sorted({*range(EARLY), *range(0, len(run.time), EARLY)})
+    first = 2 ** (EARLY - 1)
+    even = range(0, len(run.time), first)
+    looked_at = sorted({*even, *range(0, first, first // EARLY), *(2**k for k in range(EARLY))})
     poses = ((run.positions[n], run.frames[n]) for n in looked_at)
     return max(velocity_difference(*models, pose, scene.chain.radius) for pose in poses)
 
@@ -162,7 +166,9 @@ def _foreseen(scene: Scene, one: Estimate, other: Trajectory) -> bool:
 def _held_against(found: list[Case], early: Estimates) -> list[Case]:
     """The same measurements beside the estimates of a probe that ended early."""
     cases = []
-    for case, one in zip(found, early.estimates, strict=True):
+    told = {(one.change.effect, one.change.kind): one for one in early.estimates}
+    for case in found:
+        one = told[case.estimate.change.effect, case.estimate.change.kind]
         if one.stops or not math.isclose(one.until, case.estimate.until):
             continue
         estimated = {"displacement": one.displacement, "turn": one.turn}
