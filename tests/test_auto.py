@@ -79,6 +79,14 @@ def test_a_run_stops_when_what_is_left_out_grows(quiet):
     assert "left out" in stopped.reason
 
 
+def test_a_run_that_goes_on_keeps_its_choice(quiet, tmp_path):
+    short = nrchain.load_scene(quiet, **{"run.max_steps": 10})
+    begun = nrchain.simulate(short, output=tmp_path / "auto.h5")
+    assert begun.cause is Cause.BUDGET
+    assert nrchain.resume(tmp_path / "auto.h5").choice == begun.choice
+    assert begun.choice.left_out
+
+
 def test_nothing_left_out_is_not_watched(quiet):
     told = Choice(0.1, (), 0.0, 0.0, (), (), "no reason")
     Watch(quiet, told, Model(quiet)).check(0.0, (np.zeros((20, 3)), np.zeros((20, 3, 3))))
