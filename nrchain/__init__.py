@@ -9,7 +9,10 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from nrchain.api import active_wrenches, elastic_energy, elastic_wrenches
+    from nrchain.decomposition import Contributions, contribution_sizes, contributions
     from nrchain.description import describe
+    from nrchain.effects.base import Effect, OneBodyEffect
+    from nrchain.effects.registry import register_effect, unregister_effect
     from nrchain.errors import (
         BackendError,
         NrchainError,
@@ -28,6 +31,7 @@ if TYPE_CHECKING:
     from nrchain.rod import Rod
     from nrchain.run import resume, simulate
     from nrchain.scene import Scene, Slip, load_scene, scene_names
+    from nrchain.scene_rules import Section
     from nrchain.slip_modes import SlipMode, register
     from nrchain.trajectory import Trajectory
 
@@ -36,6 +40,13 @@ _HOMES = {
     "active_wrenches": "nrchain.api",
     "elastic_energy": "nrchain.api",
     "elastic_wrenches": "nrchain.api",
+    "Contributions": "nrchain.decomposition",
+    "contribution_sizes": "nrchain.decomposition",
+    "contributions": "nrchain.decomposition",
+    "Effect": "nrchain.effects.base",
+    "OneBodyEffect": "nrchain.effects.base",
+    "register_effect": "nrchain.effects.registry",
+    "unregister_effect": "nrchain.effects.registry",
     "BackendError": "nrchain.errors",
     "NrchainError": "nrchain.errors",
     "SceneError": "nrchain.errors",
@@ -55,6 +66,7 @@ _HOMES = {
     "Slip": "nrchain.scene",
     "load_scene": "nrchain.scene",
     "scene_names": "nrchain.scene",
+    "Section": "nrchain.scene_rules",
     "SlipMode": "nrchain.slip_modes",
     "register": "nrchain.slip_modes",
     "Trajectory": "nrchain.trajectory",
@@ -64,15 +76,21 @@ __all__ = [
     "BackendError",
     "Branch",
     "Cause",
+    "Contributions",
+    "Effect",
     "NrchainError",
+    "OneBodyEffect",
     "Rod",
     "Scene",
     "SceneError",
+    "Section",
     "Slip",
     "SlipMode",
     "Trajectory",
     "TrajectoryError",
     "active_wrenches",
+    "contribution_sizes",
+    "contributions",
     "describe",
     "elastic_energy",
     "elastic_wrenches",
@@ -80,12 +98,14 @@ __all__ = [
     "lattice_rates",
     "load_scene",
     "register",
+    "register_effect",
     "resume",
     "scene_names",
     "simulate",
     "steady_rotation",
     "steady_stress",
     "steady_velocity",
+    "unregister_effect",
 ]
 
 

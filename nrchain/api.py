@@ -139,7 +139,7 @@ def _through_pystokes(
     return np.concatenate([velocities, spins], axis=1)
 
 
-def _elastic_arguments(positions, frames, spacing, stretch, shear, twist, bend, ends, measure):
+def _read_chain(positions, frames, spacing, stretch, shear, twist, bend, ends, measure):
     r, e = _poses(positions, frames)
     if len(r) < 2:
         raise SceneError("positions", r.shape, "a chain has at least two spheres")
@@ -148,7 +148,10 @@ def _elastic_arguments(positions, frames, spacing, stretch, shear, twist, bend, 
     d = number(above=0)("spacing", spacing)
     named = {"stretch": stretch, "shear": shear, "twist": twist, "bend": bend}
     moduli = [number(least=0)(name, value) for name, value in named.items()]
-    return r, e, d, len(r) * d if ends == "periodic" else 0.0, *moduli
+    from nrchain.effects.cosserat import Elasticity, terms_of
+
+    period, isotropic = len(r) * d if ends == "periodic" else 0.0, measure == "isotropic"
+    return r, e, Elasticity(d, period, tuple(moduli), isotropic, terms_of(moduli))
 
 
 def elastic_wrenches(
@@ -186,13 +189,11 @@ def elastic_wrenches(
         (N, 3) each, lab frame. On an open chain both sum to nothing, torques about the origin
         included.
     """
-    from nrchain.effects import cosserat
-
-    arguments = _elastic_arguments(
+    r, e, elasticity = _read_chain(
         positions, frames, spacing, stretch, shear, twist, bend, ends, measure
     )
-    wrenches = np.zeros((len(arguments[0]), 6))
-    cosserat.add_wrenches(*arguments, wrenches, measure == "isotropic")
+    wrenches = np.zeros((len(r), 6))
+    elasticity.add_wrenches(r, e, wrenches)
     return wrenches[:, :3].copy(), wrenches[:, 3:].copy()
 
 
@@ -212,9 +213,7 @@ def elastic_energy(
 
     Arguments as for :func:`elastic_wrenches`.
     """
-    from nrchain.effects import cosserat
-
-    arguments = _elastic_arguments(
+    r, e, elasticity = _read_chain(
         positions, frames, spacing, stretch, shear, twist, bend, ends, measure
     )
-    return float(cosserat.energy(*arguments, measure == "isotropic"))
+    return elasticity.energy(r, e)

@@ -250,7 +250,7 @@ class ChartedChain:
         self._positions[:], self._frames[:] = self._near, frames
 
     def rebase(self, time: float, positions: np.ndarray, frames: np.ndarray) -> None:
-        """As :meth:`set_base`, with the mean drift and spin that the slip gives the chain now.
+        """As :meth:`set_base`, with the mean drift and spin that slip, fields and flows give now.
 
         The elastic part is left out: it sums to nothing over the chain, but its fast transients
         would lend their rate to the base. Frames are orthonormalised, so that rounding does not
@@ -260,8 +260,7 @@ class ChartedChain:
         lie.orthonormalise(frames)
         drift, spin = np.zeros(3), 0.0
         if not self.model.held.any():
-            twists = np.zeros((self.model.count, 6))
-            self.model.add_slip_twists(positions, frames, twists)
+            twists = self.model.carrying_twists(positions, frames)
             drift = twists[:, :3].mean(axis=0)
             spin = float(np.einsum("nk,nk->n", twists[:, 3:], frames[:, 0]).mean())
         self.set_base(time, positions, frames, drift, spin)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from nrchain.trajectory import Trajectory
 
 REFUSED, STOPPED, INTERRUPTED = 2, 3, 130
-PICTURE, PICTURE_IN_SPACE = "chain.png", "chain-3d.png"
+PICTURE, PICTURE_IN_SPACE, EFFECTS_PICTURE = "chain.png", "chain-3d.png", "effects.png"
 
 _UsageError: Any = typer.BadParameter.__base__
 """What a command line that cannot be understood raises; Typer has no public name for it."""
@@ -137,6 +137,7 @@ def run(
     ] = False,
 ) -> None:
     """Run a scene; write its trajectory and a picture."""
+    from nrchain.effects.registry import acting
     from nrchain.h5md import FILE_NAME
     from nrchain.regime import warnings
     from nrchain.run import simulate
@@ -144,6 +145,8 @@ def run(
 
     what = load_scene(scene, **dict(parse_assignment(change) for change in changes or ()))
     _warn(what, warnings(what))
+    names = ", ".join(effect.name for effect in acting(what)) or "none"
+    _console().print(f"effects     {names}", soft_wrap=True)
     directory = output or Path("runs") / Path(scene).stem
     directory.mkdir(parents=True, exist_ok=True)
     with _progress_bar(directory) as report:
@@ -208,6 +211,18 @@ def scenes() -> None:
 
 @app.command()
 @_reporting()
+def effects() -> None:
+    """List all effects: what each does, and the scene key that calls for it."""
+    from nrchain.effects.registry import effects as known
+
+    table = _table("effect", "what it does", "scene key")
+    for effect in known():
+        table.add_row(effect.name, effect.summary, effect.key)
+    _console().print(table)
+
+
+@app.command()
+@_reporting()
 def plot(
     directory: Directory,
     output: Annotated[
@@ -216,22 +231,30 @@ def plot(
             "-o",
             "--output",
             help="PNG, PDF or SVG.",
-            show_default=f"DIRECTORY/{PICTURE}, or {PICTURE_IN_SPACE}",
+            show_default=f"DIRECTORY/{PICTURE}, {PICTURE_IN_SPACE} or {EFFECTS_PICTURE}",
         ),
     ] = None,
+    of_effects: Annotated[
+        bool, typer.Option("--effects", help="Draw what each effect does, not the chain.")
+    ] = False,
     view: Annotated[View, typer.Option(help="Three projections, or space.")] = View.planes,
     times: Annotated[int, typer.Option(min=1, help="How many states to draw.")] = 6,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace the file that -o names.")
     ] = False,
 ) -> None:
-    """Draw the chain of a run at several times, also while it runs."""
+    """Draw the chain of a run at several times, or its effects, also while it runs."""
     from nrchain.plots import draw_chain
     from nrchain.trajectory import Trajectory
 
     trajectory = Trajectory.open(directory)
     if output is not None and output.exists() and not overwrite:
         raise TrajectoryError(f"{output}: exists; it is only replaced with --overwrite")
+    if of_effects:
+        from nrchain.effect_plots import draw_effects
+
+        typer.echo(draw_effects(trajectory, output or _beside(trajectory, EFFECTS_PICTURE)))
+        return
     name = PICTURE if view is View.planes else PICTURE_IN_SPACE
     path = output or _beside(trajectory, name)
     typer.echo(draw_chain(trajectory, path, view=view.value, times=times))

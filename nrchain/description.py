@@ -8,8 +8,10 @@ import numpy as np
 
 from nrchain import slip_modes
 from nrchain.arguments import a_scene
+from nrchain.effects.registry import effects
+from nrchain.effects.slip import active_modes, reach_text
 from nrchain.regime import warnings
-from nrchain.scene import Moduli, Scene, Slip
+from nrchain.scene import Scene, Slip
 from nrchain.scene_sections import ElasticitySpec, FrictionSpec, SlipSpec, StartSpec
 
 Row = tuple[str, str]
@@ -32,21 +34,18 @@ def describe(scene: Scene) -> Description:
     """The effects a scene names, those it does without, and whether it is in the beam limit."""
     simulated: list[Row] = []
     left_out: list[Row] = []
-    for name, modulus in zip(Moduli._fields, a_scene(scene).moduli, strict=True):
-        (simulated if modulus else left_out).append(
-            (name, f"modulus {modulus:.4g}" if modulus else "modulus 0")
-        )
+    for effect in effects():
+        if effect.key.startswith(("slip.", "friction.")):
+            continue
+        if effect.acts(a_scene(scene)):
+            simulated.append((effect.name, effect.detail(scene)))
+        else:
+            left_out.append((effect.name, effect.absence))
     if scene.moduli.twist or scene.moduli.bend:
         simulated.append(("measure of twist and bend", scene.elasticity.measure))
     _describe_slip(scene, simulated, left_out)
     _describe_friction(scene, simulated, left_out)
-    steric = scene.steric
-    if steric.acts:
-        text = f"{steric.kind}, strength {steric.strength:g}, below {scene.steric_range:.4g}"
-        simulated.append(("steric repulsion", text))
-    else:
-        left_out.append(("steric repulsion", "a run stops where spheres touch"))
-    left_out.append(("other effects", "Brownian motion, external fields"))
+    left_out.append(("other effects", "Brownian motion"))
     run = scene.run
     simulated.append(("integrator", f"{run.integrator}, rtol {run.rtol:g}, atol {run.atol:g}"))
     return Description(simulated, left_out, warnings(scene), without_effect(scene))
@@ -54,7 +53,7 @@ def describe(scene: Scene) -> Description:
 
 def _describe_slip(scene: Scene, simulated: list[Row], left_out: list[Row]) -> None:
     reach = scene.slip.neighbours
-    where = _reach_text(reach)
+    where = reach_text(reach)
     for label, mode in scene.slip.modes.items():
         strength = np.unique(mode.strength)
         text = f"{strength[0]:g}" if len(strength) == 1 else f"{strength[0]:g} to {strength[-1]:g}"
@@ -62,7 +61,7 @@ def _describe_slip(scene: Scene, simulated: list[Row], left_out: list[Row]) -> N
             simulated.append((f"slip {label}", f"strength {text}, {where}"))
         else:
             left_out.append((f"slip {label}", "strength 0"))
-    acting = _acting(scene)
+    acting = active_modes(scene)
     if not acting:
         return
     simulated.append(("pair laws of slip", scene.slip.backend))
@@ -80,7 +79,7 @@ def _describe_friction(scene: Scene, simulated: list[Row], left_out: list[Row]) 
         simulated.append(("friction", "one-body"))
         left_out.append(("friction between spheres", "Rotne–Prager–Yamakawa mobilities"))
         return
-    where = _reach_text(friction.neighbours)
+    where = reach_text(friction.neighbours)
     simulated.append(("friction", f"pairwise, {where}, {friction.backend}"))
     left_out.append(("near field", "lubrication and reflections, of order (a/r)⁴"))
     if friction.neighbours != "all":
@@ -99,7 +98,7 @@ def without_effect(scene: Scene) -> list[Row]:
 
 
 def _inert_slip(scene: Scene) -> list[Row]:
-    rows, acting, slip = [], _acting(scene), scene.slip
+    rows, acting, slip = [], active_modes(scene), scene.slip
     for label, mode in slip.modes.items():
         if label not in acting and mode.axis != Slip(0.0).axis:
             rows.append((f"{SlipSpec.key(label)}.axis", f"the strength of {label} is 0"))
@@ -140,17 +139,6 @@ def _inert_start(scene: Scene) -> list[Row]:
     return [(start.key(name), f"start.shape is {start.shape!r}") for name in given]
 
 
-def _acting(scene: Scene) -> list[str]:
-    """The modes with a strength that is not zero."""
-    return [label for label, mode in scene.slip.modes.items() if np.any(mode.strength)]
-
-
 def _has_finite_size(label: str) -> bool:
     mode = slip_modes.find(label)
     return mode.flow(finite_size=True) != mode.flow()
-
-
-def _reach_text(neighbours: int | str) -> str:
-    if neighbours == "all":
-        return "all pairs"
-    return f"{neighbours} neighbour{'s' * (neighbours != 1)} a side"

@@ -4,7 +4,7 @@
     /particles/chain/box         periodic along x, or none
     /particles/chain/position    value (T, N, 3), time (T,), step (T,)
     /particles/chain/frame       value (T, N, 3, 3), the same time and step by hard links
-    /parameters                  scene (its TOML text), versions (of what ran it)
+    /parameters                  scene (its TOML text), effects that act, versions (of what ran it)
     /nrchain                     times asked for, counters, status, cause, reason, two checkpoints
 
 All arrays are contiguous and written once, filled with NaN, when the file is made. A run then only
@@ -38,6 +38,7 @@ FILE_NAME = "trajectory.h5"
 POSITION = "particles/chain/position"
 FRAME = "particles/chain/frame"
 SCENE = "parameters/scene"
+EFFECTS = "parameters/effects"
 VERSIONS = "parameters/versions"
 PLANNED = "nrchain/times"
 COUNTS = "nrchain/counters"
@@ -165,6 +166,8 @@ def _cause(error: Exception) -> str:
 
 
 def _describe(file: Any, scene: Scene) -> None:
+    import h5py
+
     root = file.create_group("h5md")
     root.attrs["version"] = np.array([1, 1], dtype=np.int32)
     root.create_group("author").attrs["name"] = "not given"
@@ -180,7 +183,11 @@ def _describe(file: Any, scene: Scene) -> None:
         # H5MD asks for an edge in every direction; those across the chain bound nothing.
         box.create_dataset("edges", data=np.full(3, scene.length))
 
+    from nrchain.effects.registry import acting
+
     file.create_dataset(SCENE, data=scene.to_toml())
+    names = [effect.name for effect in acting(scene)]
+    file.create_dataset(EFFECTS, data=names, dtype=h5py.string_dtype(), shape=(len(names),))
     versions = file.create_group(VERSIONS)
     versions.attrs["nrchain"] = __version__
     versions.attrs["python"] = platform.python_version()

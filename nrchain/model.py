@@ -1,5 +1,9 @@
 """(v, ω) = μ·(F, T) + Σ (u, w): the overdamped motion of exactly the effects a scene names.
 
+The terms of the elastic energy are summed in one pass over the links, the modes of slip in one over
+the pairs; every further effect that acts adds its own wrench or twist
+(:mod:`nrchain.effects.base`). An effect that does not act is not there.
+
 A :class:`Model` turns poses into twists and differentiates them. It knows nothing of time, of
 charts or of integrators. Slip velocities enter once: they are not multiplied by the mobility again.
 
@@ -15,11 +19,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nrchain._compile import kernel
-from nrchain.effects import cosserat
-from nrchain.hydrodynamics.pairs import SlipFlow
+from nrchain.effects.cosserat import REACH, Elasticity
+from nrchain.effects.link import add_block_product
+from nrchain.effects.registry import acting
+from nrchain.effects.slip import make_flow
 
 if TYPE_CHECKING:
-    from nrchain.effects.steric import Repulsion
     from nrchain.hydrodynamics.friction import PairFriction
     from nrchain.scene import Scene
 
@@ -66,53 +71,37 @@ class Model:
         self.held = np.zeros(self.count, bool)
         if chain.ends == "clamped":
             self.held[[0, -1]] = True
-        self.moduli = scene.moduli
-        self.elastic = any(self.moduli)
-        self._isotropic = scene.elasticity.measure == "isotropic"
+        self.elasticity = Elasticity.of(scene)
         self._drag = scene.drag
         self._scene = scene
-        self.steric = self._make_repulsion()
-        self.slip = self._make_slip()
+        self.effects = acting(scene)
+        further = [effect(scene) for effect in self.effects if not effect.fused]
+        self._wrench_effects = [effect for effect in further if effect.gives == "wrench"]
+        self._twist_effects = [effect for effect in further if effect.gives == "twist"]
+        self.slip = make_flow(scene)
         self.friction = self._make_friction()
         # what the derivative is taken about stays as it was while twists are evaluated elsewhere
-        self._slip_there, self._friction_there = self._make_slip(), self._make_friction()
+        self._slip_there, self._friction_there = make_flow(scene), self._make_friction()
         slip_reach = (self.slip.near or 1) if self.slip else 0
-        self.reach = max(cosserat.REACH if self.elastic else 0, slip_reach, 1)
-        slip_is_near = not self.slip or self.slip.reach <= self.reach
-        self.is_banded = slip_is_near and self.friction is None and self.steric is None
-        if not self.is_banded:
-            self._elastic_blocks = np.zeros((self.count, 2 * cosserat.REACH + 1, 6, 6))
-
-    def _make_slip(self) -> SlipFlow:
-        slip = self._scene.slip
-        return SlipFlow(
-            list(slip.modes),
-            [np.broadcast_to(mode.strength, self.count) for mode in slip.modes.values()],
-            [mode.axis for mode in slip.modes.values()],
-            count=self.count,
-            reach=self._places(slip.neighbours),
-            radius=self._scene.chain.radius,
-            period=self.period,
-            finite_size=slip.finite_size,
+        places = [effect.places for effect in further]
+        self.reach = max(
+            REACH if self.elasticity else 0, slip_reach, *(p for p in places if p is not None), 1
         )
+        slip_is_near = not self.slip or self.slip.reach <= self.reach
+        self.is_banded = slip_is_near and self.friction is None and None not in places
+        if not self.is_banded:
+            self._elastic_blocks = np.zeros((self.count, 2 * REACH + 1, 6, 6))
 
     def _make_friction(self) -> PairFriction | None:
+        """Friction between spheres, where there are wrenches for it to carry."""
         friction, chain = self._scene.friction, self._scene.chain
-        if friction.kind == "one-body":
+        wrenches = any(effect.gives == "wrench" for effect in self.effects)
+        if friction.kind == "one-body" or not (wrenches or self.held.any()):
             return None
         from nrchain.hydrodynamics.friction import PairFriction
 
         reach = self._places(friction.neighbours)
         return PairFriction(self.count, reach, chain.radius, chain.viscosity, self.period)
-
-    def _make_repulsion(self) -> Repulsion | None:
-        steric = self._scene.steric
-        if not steric.acts:
-            return None
-        from nrchain.effects.steric import Repulsion
-
-        assert steric.strength is not None
-        return Repulsion(steric.kind, steric.strength, self._scene.steric_range, self.period)
 
     def _places(self, neighbours: int | str) -> int | None:
         return neighbours if isinstance(neighbours, int) else None
@@ -126,18 +115,37 @@ class Model:
         if self.friction is None:
             self._add_wrenches(positions, frames, twists)
             _divide(twists, *self._drag)
-            self.add_slip_twists(positions, frames, twists)
+            self._add_flows(positions, frames, twists)
             if self.held.any():
                 twists[self.held] = 0.0
             return twists
-        self.add_slip_twists(positions, frames, twists)
+        self._add_flows(positions, frames, twists)
         self._wrenches(positions, frames, twists)
+        return twists
+
+    def wrenches(self, positions: np.ndarray, frames: np.ndarray) -> np.ndarray:
+        """(F, T) (N, 6) on every sphere, with those that hold clamped ones in their place."""
+        twists = np.zeros((self.count, 6))
+        self._add_flows(positions, frames, twists)
+        if self.friction is not None:
+            return self._wrenches(positions, frames, twists)
+        wrenches = np.zeros((self.count, 6))
+        self._add_wrenches(positions, frames, wrenches)
+        wrenches[self.held] = -np.repeat(self._drag, 3) * twists[self.held]
+        return wrenches
+
+    def mobile_twists(self, positions: np.ndarray, wrenches: np.ndarray) -> np.ndarray:
+        """μ·W (N, 6): the twists that these wrenches give, clamps or not."""
+        if self.friction is None:
+            return wrenches / np.repeat(self._drag, 3)
+        twists = np.zeros((self.count, 6))
+        self._apply_friction(positions, wrenches, twists)
         return twists
 
     def _wrenches(
         self, positions: np.ndarray, frames: np.ndarray, twists: np.ndarray
     ) -> np.ndarray:
-        """The wrenches (N, 6), supports included; ``twists``, from slip, gain what they cause."""
+        """The wrenches (N, 6), supports included; ``twists``, from flows, gain what they cause."""
         assert self.friction is not None
         wrenches = np.zeros((self.count, 6))
         self._add_wrenches(positions, frames, wrenches)
@@ -184,76 +192,66 @@ class Model:
     def _add_wrenches(
         self, positions: np.ndarray, frames: np.ndarray, wrenches: np.ndarray
     ) -> None:
-        """wrenches += (F, T) of elasticity and repulsion."""
-        if self.elastic:
-            cosserat.add_wrenches(
-                positions,
-                frames,
-                self._scene.chain.spacing,
-                self.period,
-                *self.moduli,
-                wrenches,
-                self._isotropic,
-            )
-        if self.steric is not None:
-            self.steric.add_wrenches(positions, wrenches)
+        """wrenches += (F, T) of elasticity and of all further effects."""
+        self.elasticity.add_wrenches(positions, frames, wrenches)
+        for effect in self._wrench_effects:
+            effect.add_wrenches(positions, frames, wrenches)
+
+    def _add_flows(self, positions: np.ndarray, frames: np.ndarray, twists: np.ndarray) -> None:
+        """twists += (v, ω) of slip and of all further effects."""
+        self.add_slip_twists(positions, frames, twists)
+        for effect in self._twist_effects:
+            effect.add_twists(positions, frames, twists)
 
     def add_slip_twists(
         self, positions: np.ndarray, frames: np.ndarray, twists: np.ndarray
     ) -> None:
         """twists += the flow and half its curl that the slip of the other spheres induces."""
-        if not self.slip:
-            return
-        if self._scene.slip.backend == "native":
-            self.slip.add_twists(positions, frames, twists)
-            return
-        from nrchain.hydrodynamics import pystokes
+        self.slip.add_twists(positions, frames, twists)
 
-        law = self.slip.law
-        velocities, spins = pystokes.twists(
-            positions,
-            [np.einsum("b,nbk->nk", np.array(law.axes[g]), frames) for g in law.axis_of],
-            list(self.slip.strengths),
-            neighbours=self._scene.slip.neighbours,
-            radius=self.slip.radius,
-            viscosity=self._scene.chain.viscosity,
-            finite_size=law.finite_size,
-            labels=law.labels,
-        )
-        twists[:, :3] += velocities
-        twists[:, 3:] += spins
+    def carrying_twists(self, positions: np.ndarray, frames: np.ndarray) -> np.ndarray:
+        """Twists (N, 6) of the effects that may carry the chain as a whole: slip, fields, flows.
+
+        Elasticity sums to nothing over the chain, and is left out with its fast transients.
+        """
+        twists, wrenches = np.zeros((2, self.count, 6))
+        self.add_slip_twists(positions, frames, twists)
+        for effect in self._twist_effects:
+            if effect.carries:
+                effect.add_twists(positions, frames, twists)
+        carriers = [effect for effect in self._wrench_effects if effect.carries]
+        for effect in carriers:
+            effect.add_wrenches(positions, frames, wrenches)
+        if carriers and self.friction is not None:
+            self._apply_friction(positions, wrenches, twists)
+        elif carriers:
+            _divide(wrenches, *self._drag)
+            twists += wrenches
+        return twists
 
     def linearise(self, positions: np.ndarray, frames: np.ndarray, blocks: np.ndarray) -> None:
         """blocks (N, 2w + 1, 6, 6) = ∂(v, ω)_i / ∂(u, φ)_{i+m−w} at these poses.
 
         u displaces and φ turns a sphere in the lab. The blocks are the whole derivative if
-        :attr:`is_banded`. If not they are its stiff part, for preconditioning: elasticity and
-        repulsion through one-body friction, and the slip of the spheres within w places.
+        :attr:`is_banded`. If not they are its stiff part, for preconditioning: wrenches through
+        one-body friction, and the flows of the spheres within w places.
         """
         blocks[:] = 0.0
-        if self.elastic:
-            cosserat.add_jacobian(
-                positions,
-                frames,
-                self._scene.chain.spacing,
-                self.period,
-                *self.moduli,
-                blocks,
-                self._isotropic,
-            )
-            if not self.is_banded:
-                centre = self.reach
-                near = slice(centre - cosserat.REACH, centre + cosserat.REACH + 1)
-                self._elastic_blocks[:] = blocks[:, near]
-        if self.steric is not None:
-            self.steric.linearise(positions)
-            self.steric.add_blocks(blocks)
+        self.elasticity.add_jacobian(positions, frames, blocks)
+        if not self.is_banded and self.elasticity:
+            near = slice(self.reach - REACH, self.reach + REACH + 1)
+            self._elastic_blocks[:] = blocks[:, near]
+        for effect in (*self._wrench_effects, *self._twist_effects):
+            effect.linearise(positions, frames)
+        for effect in self._wrench_effects:
+            effect.add_blocks(blocks)
         _divide_blocks(blocks, *self._drag)
-        if self.slip:
-            self._slip_there.add_jacobian(positions, frames, blocks)
+        self._slip_there.add_jacobian(positions, frames, blocks)
+        for effect in self._twist_effects:
+            effect.add_blocks(blocks)
         if self._friction_there is not None:
             twists = np.zeros((self.count, 6))
-            self.add_slip_twists(positions, frames, twists)
+            self._add_flows(positions, frames, twists)
             wrenches = self._wrenches(positions, frames, twists)
             self._positions_there = positions.copy()
             self._friction_there.apply(positions, wrenches, np.zeros((self.count, 6)))
@@ -263,8 +261,9 @@ class Model:
 
         ``poses`` is (u, φ) of every sphere, zero where it is held.
         """
-        if self.slip:
-            self._slip_there.add_product(poses, twists)
+        self._slip_there.add_product(poses, twists)
+        for effect in self._twist_effects:
+            effect.add_product(poses, twists)
         if self._friction_there is None:
             changes = np.zeros((self.count, 6))
             self._add_wrench_product(poses, changes)
@@ -282,7 +281,7 @@ class Model:
             twists[self.held] = 0.0
 
     def _add_wrench_product(self, poses: np.ndarray, wrenches: np.ndarray) -> None:
-        if self.elastic:
-            cosserat.add_block_product(self._elastic_blocks, poses, self.period > 0.0, wrenches)
-        if self.steric is not None:
-            self.steric.add_product(poses, wrenches)
+        if self.elasticity:
+            add_block_product(self._elastic_blocks, poses, self.period > 0.0, wrenches)
+        for effect in self._wrench_effects:
+            effect.add_product(poses, wrenches)

@@ -32,16 +32,17 @@ from nrchain.scene_file import (
     scene_path,
     write_toml,
 )
-from nrchain.scene_rules import Section, line, section
+from nrchain.scene_rules import Section, line, section, unknown
 from nrchain.scene_sections import (
     ChainSpec,
+    EffectSections,
     ElasticitySpec,
     FrictionSpec,
     RunSpec,
     Slip,
     SlipSpec,
     StartSpec,
-    StericSpec,
+    read_effects,
     read_friction,
 )
 
@@ -57,7 +58,6 @@ __all__ = [
     "Slip",
     "SlipSpec",
     "StartSpec",
-    "StericSpec",
     "load_scene",
     "parse_assignment",
     "scene_names",
@@ -101,7 +101,7 @@ class Scene(Section):
     )
     slip: Annotated[SlipSpec, section(SlipSpec)] = field(default_factory=SlipSpec)
     friction: Annotated[FrictionSpec, read_friction] = field(default_factory=FrictionSpec)
-    steric: Annotated[StericSpec, section(StericSpec)] = field(default_factory=StericSpec)
+    effects: Annotated[Mapping[str, Section], read_effects] = EffectSections()
     start: Annotated[StartSpec, section(StartSpec)] = field(default_factory=StartSpec)
     run: Annotated[RunSpec, section(RunSpec)]
     title: Annotated[str, line()] = ""
@@ -138,18 +138,23 @@ class Scene(Section):
         unit = 2 * math.pi if self.chain.ends == "periodic" else math.pi
         return self.start.wavenumber * unit / self.length
 
-    @property
-    def steric_range(self) -> float:
-        """Distance of centres at which a repulsion begins: as given, or 2^(1/6) · 2a."""
-        given = self.steric.range
-        return 2 ** (7 / 6) * self.chain.radius if given is None else given
+    def __getattr__(self, name: str) -> Any:
+        """The section that an effect adds to scenes, such as ``scene.steric``."""
+        from nrchain.effects.base import default_section
+        from nrchain.effects.registry import section_kind
+
+        kind = None if name.startswith("_") or name in type(self).rules() else section_kind(name)
+        if kind is None:
+            raise AttributeError(f"a scene has no {name!r}")
+        return self.effects.get(name) or default_section(kind)
 
     def check(self) -> None:
         self._check_strengths()
-        self._check_repulsion()
         if self.chain.ends == "periodic":
             self._check_periodic()
         self._check_range()
+        if self.effects:
+            self._check_effects()
         self._check_start()
 
     def _check_strengths(self) -> None:
@@ -162,15 +167,22 @@ class Scene(Section):
                 )
                 raise SceneError(SlipSpec.key(label), slip.strength, allowed)
 
-    def _check_repulsion(self) -> None:
-        """Refuse a repulsion that the chain at rest would already feel, or spheres not at all."""
-        reach, spacing = self.steric_range, self.chain.spacing
-        if self.steric.acts and not 2 * self.chain.radius < reach <= spacing:
-            allowed = (
-                f"must exceed two radii, {2 * self.chain.radius!r}, and be no more than"
-                f" chain.spacing = {spacing!r}, or neighbours at rest push each other apart"
-            )
-            raise SceneError("steric.range", reach, allowed)
+    def _check_effects(self) -> None:
+        """Refuse what makes no sense to an effect, and forces that endless images sum without end.
+
+        Forces on a periodic chain that do not add up to nothing drag the fluid along with them.
+        """
+        from nrchain.effects.registry import acting
+
+        for effect in acting(self):
+            effect.check(self)
+            endless = self.chain.ends == "periodic" and self.friction.kind == "pairwise"
+            if endless and effect.gives == "wrench" and not effect.balanced(self):
+                allowed = (
+                    "has a net force, whose flow over all images of a periodic chain has no sum:"
+                    " choose friction = 'one-body', or free or clamped ends"
+                )
+                raise SceneError(effect.key, effect.detail(self), allowed)
 
     def _check_start(self) -> None:
         """Refuse a wave that the lattice of spheres cannot hold, and offsets beyond all meaning."""
@@ -231,8 +243,34 @@ class Scene(Section):
     @classmethod
     def spellings(cls) -> tuple[str, ...]:
         """Every dotted key, so that one without its section is recognised."""
-        specs = (ChainSpec, ElasticitySpec, SlipSpec, FrictionSpec, StericSpec, StartSpec, RunSpec)
-        return (*cls.rules(), *(spec.key(name) for spec in specs for name in spec.spellings()))
+        from nrchain.effects.registry import section_kinds
+
+        kinds: list[type[Section]] = [ChainSpec, ElasticitySpec, SlipSpec, FrictionSpec]
+        kinds += [*section_kinds().values(), StartSpec, RunSpec]
+        known = (*cls.rules(), *section_kinds())
+        return (*known, *(spec.key(name) for spec in kinds for name in spec.spellings()))
+
+    @classmethod
+    def from_mapping(cls, table: Mapping[str, Any]) -> Self:
+        """The scene of a raw table, in which a key that every scene has is no effect's section."""
+        from nrchain.effects.registry import section_kind, section_kinds
+
+        own = cls.rules()
+        further = {name: value for name, value in table.items() if name not in own}
+        for name, value in further.items():
+            if section_kind(name) is None:
+                known = [name for name in own if name != "effects"]
+                raise unknown(name, value, [*known, *section_kinds()], cls.spellings())
+        given = {name: value for name, value in table.items() if name in own and value is not None}
+        effects = {**(given.pop("effects", None) or {}), **further}
+        return super(Scene, cls).from_mapping(given | {"effects": effects})
+
+    def to_mapping(self) -> dict[str, Any]:
+        """The raw table of the scene, the sections of its effects among the others."""
+        table = super(Scene, self).to_mapping()
+        effects = {name: s.to_mapping() for name, s in table.pop("effects").items()}
+        last = {name: table.pop(name) for name in ("start", "run", "title") if name in table}
+        return {**table, **effects, **last}
 
     @classmethod
     def from_toml(cls, text: str) -> Self:

@@ -104,6 +104,20 @@ def direction() -> Rule:
     )
 
 
+def vector(*, of: int = 3, inner: Rule | None = None) -> Rule:
+    """A list of three finite numbers, kept as a tuple; or of so many of what ``inner`` allows."""
+    read_item = number() if inner is None else inner
+
+    def read(key: str, value: Any) -> Any:
+        plain = _plain(value)
+        if not isinstance(plain, (list, tuple)) or len(plain) != of:
+            what = "finite numbers" if inner is None else "rows of three finite numbers"
+            raise SceneError(key, value, f"must be a list of {of} {what}")
+        return tuple(read_item(f"{key}[{i}]", item) for i, item in enumerate(plain))
+
+    return read
+
+
 def flag() -> Rule:
     """True or False."""
     return rule("true or false", lambda v: isinstance(v, bool))

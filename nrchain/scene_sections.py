@@ -32,7 +32,6 @@ Kind = Literal["one-body", "pairwise"]
 Measure = Literal["paper", "isotropic"]
 Backend = Literal["native", "pystokes"]
 Integrator = Literal["cvode", "radau", "scipy-bdf"]
-Repulsion = Literal["none", "wca", "harmonic"]
 Shape = Literal["straight", "sine", "helix-left", "helix-right", "random"]
 
 PYSTOKES_MODES = ("2s", "3a", "3t", "4a")
@@ -226,31 +225,47 @@ def read_friction(key: str, value: Any) -> FrictionSpec:
     return section(FrictionSpec)(key, value)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StericSpec(Section):
-    """A repulsion between spheres that come near each other, along the chain or across it.
+class EffectSections(Mapping[str, Section]):
+    """The sections that further effects add to a scene, by name: those that are not all default.
 
-    ``strength`` is an energy; ``range`` the distance of centres below which spheres repel each
-    other, 2^(1/6) times two radii when it is not given. See :mod:`nrchain.effects.steric`.
+    Immutable, compared and hashed by value.
     """
 
-    path: ClassVar[str] = "steric"
-    kind: Annotated[Repulsion, choice(Repulsion)] = "none"
-    strength: Annotated[float | None, optional(number(above=0))] = None
-    range: Annotated[float | None, optional(number(above=0))] = None
+    __slots__ = ("_sections",)
 
-    @property
-    def acts(self) -> bool:
-        """Whether a repulsion is named."""
-        return self.kind != "none"
+    def __init__(self, sections: Mapping[str, Section] | None = None) -> None:
+        given = sections or {}
+        self._sections = {name: s for name, s in given.items() if s != type(s)()}
 
-    def check(self) -> None:
-        if self.acts and self.strength is None:
-            raise SceneError("steric.strength", NOT_GIVEN, "must be given along with steric.kind")
-        for name in ("strength", "range"):
-            if not self.acts and getattr(self, name) is not None:
-                allowed = "acts only with a repulsion: name steric.kind, 'wca' or 'harmonic'"
-                raise SceneError(f"steric.{name}", getattr(self, name), allowed)
+    def __getitem__(self, name: str) -> Section:
+        return self._sections[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._sections)
+
+    def __len__(self) -> int:
+        return len(self._sections)
+
+    def __hash__(self) -> int:
+        return hash(frozenset(self._sections.items()))
+
+    def __repr__(self) -> str:
+        return repr(self._sections)
+
+
+def read_effects(key: str, value: Any) -> EffectSections:
+    """The rule of ``effects``: a table of sections by name, each that of an effect known."""
+    from nrchain.effects.registry import section_kind, section_kinds
+
+    if not isinstance(value, Mapping):
+        raise SceneError(key, value, "must be a table of sections")
+    sections = {}
+    for name, given in value.items():
+        kind = section_kind(name)
+        if kind is None:
+            raise unknown(name, given, section_kinds())
+        sections[name] = section(kind)(name, given)
+    return EffectSections(sections)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

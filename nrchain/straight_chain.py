@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from nrchain import slip_modes
 from nrchain.arguments import a_scene
-from nrchain.effects.cosserat import REACH
+from nrchain.effects.base import Effect
+from nrchain.effects.cosserat import REACH, TERMS, Elasticity, terms_of
+from nrchain.effects.registry import acting
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics.friction import PairFriction
 from nrchain.lattice_sums import Reach, cosine_defect, cosine_sum, power_sum, sine_sum
@@ -26,7 +28,9 @@ from nrchain.scene import ChainSpec, ElasticitySpec, RunSpec, Scene, Slip, SlipS
 Complex = NDArray[np.complex128]
 
 _NO_ELASTICITY = ElasticitySpec(stretch=0.0, shear=0.0, twist=0.0, bend=0.0)
-_NO_SLIP = SlipSpec()
+
+_QUARTER = np.kron(np.eye(2), [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+"""A quarter turn about the chain, of (u, φ)."""
 
 _MOBILITY_POWERS = (
     (slice(0, 3), slice(0, 3), (1, 3)),
@@ -46,8 +50,9 @@ class StraightChain:
     ``twists[s]`` (2, 6) and ``blocks[s]`` (2, 6, 6) are the coefficients of 1/m^s in the twist,
     and in its derivative, that the slip of the sphere m places to the right (row 0) or left (row 1)
     gives; ``mobilities[s]`` (2, 6, 6), those in the twist that a wrench on it gives, none with
-    one-body friction. No wrench acts on a sphere of the straight chain, so that a change of the
-    mobility moves none.
+    one-body friction; ``own`` (6, 6) is the derivative of what uniform fields do to each sphere.
+    No other wrench acts on a sphere of the straight chain, so that a change of the mobility moves
+    none.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -66,7 +71,11 @@ class StraightChain:
             if strengths[0] != 0.0:
                 self.isotropic &= slip.axis[1] == slip.axis[2] == 0.0
                 self._add_mode(label, float(strengths[0]), slip.axis)
+        self.own = np.zeros((6, 6))
         self._check_steady()
+        for effect in acting(scene):
+            if not effect.fused:
+                self._add_effect(effect)
         self.mobilities: dict[int, np.ndarray] = {}
         if scene.friction.kind == "pairwise":
             self._add_mobilities()
@@ -80,7 +89,7 @@ class StraightChain:
         samples = max(len(flow), len(spin), 1)
         twists, blocks = np.empty((samples, 2, 6)), np.empty((samples, 2, 3, 6, 6))
         for n in range(samples):
-            pair = _straight(
+            pair = _straight_pair(
                 replace(self.scene.chain, particles=2, spacing=spacing * _STRIDE**n, ends="free"),
                 slip=SlipSpec(modes={label: Slip(strength, axis)}, finite_size=finite_size),
             )
@@ -94,6 +103,20 @@ class StraightChain:
                     sides[:, rows, columns] += share
             for power, share in _take_apart(twists[:, :, rows], powers).items():
                 self.twists.setdefault(power, np.zeros((2, 6)))[:, rows] += share
+
+    def _add_effect(self, effect: type[Effect]) -> None:
+        """Add what every sphere feels by its own pose, all alike, to the motion and to ``own``."""
+        given, own = effect.straight(self.scene)
+        if effect.gives == "wrench":
+            given, own = given / self.friction, own / self.friction[:, None]
+        if np.any(given[4:]):
+            allowed = (
+                "turns every sphere of the straight chain across it: it does not stay straight"
+            )
+            raise SceneError(effect.key, effect.detail(self.scene), allowed)
+        self.twist += given
+        self.own += own
+        self.isotropic &= bool(np.allclose(_QUARTER @ own @ _QUARTER.T, own, rtol=1e-14, atol=0.0))
 
     def _add_mobilities(self) -> None:
         """Evaluate the mobility of two spheres at two distances, and take its powers apart."""
@@ -155,6 +178,7 @@ class StraightChain:
         operator = self.mobility(phases) @ self.elastic(
             phases, (0.0, 0.0, moduli.twist, moduli.bend)
         )
+        operator = operator + self.own
         for power, (right, left) in self.blocks.items():
             even, odd = right + left, right - left
             even[np.abs(even) < 1e-14 * np.abs(odd)] = 0.0
@@ -172,12 +196,15 @@ class StraightChain:
 
     def elastic(self, phases: np.ndarray, moduli: tuple[float, float, float, float]) -> Complex:
         """K(q) (..., 6, 6): the wrenches (F, T) = K (u, φ) that these moduli give."""
-        stretch, shear, twist, bend = moduli
-        ring = _straight(
-            replace(self.scene.chain, particles=2 * REACH + 1, ends="periodic"),
-            elasticity=ElasticitySpec(stretch=stretch, shear=shear, twist=twist, bend=bend),
-        )
-        row = _twists_and_blocks(ring)[1][0]
+        # terms of no modulus are kept for the sake of kernels that the simulation has compiled
+        kept = {*terms_of(self.scene.moduli), *terms_of(moduli)}
+        terms = tuple(term for term in TERMS if term in kept)
+        chain, count = self.scene.chain, 2 * REACH + 1
+        isotropic = self.scene.elasticity.measure == "isotropic"
+        ring = Elasticity(chain.spacing, count * chain.spacing, moduli, isotropic, terms)
+        blocks = np.zeros((count, count, 6, 6))
+        ring.add_jacobian(*_straight_poses(count, chain.spacing), blocks)
+        row = blocks[0]
         centre = len(row) // 2
         total = row.sum(axis=0)
         # a uniform displacement or shear pulls each sphere both ways alike: all but rounding
@@ -188,23 +215,23 @@ class StraightChain:
             phase = m * phases[..., None, None]
             operator -= (right + left) * (2.0 * np.sin(phase / 2.0) ** 2)
             operator += 1j * (right - left) * np.sin(phase)
-        return self.friction[:, None] * operator
+        return operator
 
 
-def _straight(
-    chain: ChainSpec,
-    elasticity: ElasticitySpec = _NO_ELASTICITY,
-    slip: SlipSpec = _NO_SLIP,
-) -> Scene:
-    return Scene(chain=chain, elasticity=elasticity, slip=slip, run=RunSpec(end=1.0))
+def _straight_pair(chain: ChainSpec, slip: SlipSpec) -> Scene:
+    return Scene(chain=chain, elasticity=_NO_ELASTICITY, slip=slip, run=RunSpec(end=1.0))
+
+
+def _straight_poses(count: int, spacing: float) -> tuple[np.ndarray, np.ndarray]:
+    positions = np.zeros((count, 3))
+    positions[:, 0] = spacing * np.arange(count)
+    return positions, np.broadcast_to(np.eye(3), (count, 3, 3)).copy()
 
 
 def _twists_and_blocks(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """Twists (N, 6) and Jacobian blocks (N, 2w + 1, 6, 6) of a straight chain along x."""
     model = Model(scene)
-    positions = np.zeros((model.count, 3))
-    positions[:, 0] = scene.chain.spacing * np.arange(model.count)
-    frames = np.broadcast_to(np.eye(3), (model.count, 3, 3)).copy()
+    positions, frames = _straight_poses(model.count, scene.chain.spacing)
     blocks = np.empty((model.count, 2 * model.reach + 1, 6, 6))
     model.linearise(positions, frames, blocks)
     return model.twists(positions, frames), blocks

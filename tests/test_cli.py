@@ -287,6 +287,27 @@ def test_brackets_in_a_title_are_no_markup(tmp_path, stub, monkeypatch):
     assert ":smile: [/x]" in result.stdout
 
 
+def test_effects_are_listed_with_their_keys():
+    from nrchain.effects.registry import effects
+
+    shown = call("effects").stdout
+    for effect in effects():
+        assert effect.name in shown
+        assert effect.key in shown
+
+
+def test_effects_of_a_run_are_drawn_beside_the_picture(tmp_path):
+    small = ("--set", "chain.particles=4", "--set", "run.end=1.0", "--set", "run.snapshots=3")
+    told = call("run", "buckling", "-o", tmp_path, *small)
+    assert told.stdout.startswith("effects     stretch, shear, twist, bend, slip 2s\n")
+    before = (tmp_path / PICTURE).read_bytes()
+    drawn = call("plot", tmp_path, "--effects")
+    assert drawn.stdout.strip() == str(tmp_path / "effects.png")
+    assert (tmp_path / PICTURE).read_bytes() == before
+    refused = call("plot", tmp_path, "--effects", "-o", tmp_path / PICTURE)
+    assert_refused(refused, "only replaced with --overwrite")
+
+
 def test_version():
     assert call("--version").stdout.strip() == f"nrchain {__version__}"
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from nrchain import slip_modes
 from nrchain.chain import initial_poses
+from nrchain.effects.steric import StericSpec
 from nrchain.errors import NOT_GIVEN, SceneError, TrajectoryError
 from nrchain.scene import (
     ChainSpec,
@@ -22,7 +23,6 @@ from nrchain.scene import (
     Slip,
     SlipSpec,
     StartSpec,
-    StericSpec,
     load_scene,
     parse_assignment,
     scene_names,
@@ -52,7 +52,11 @@ REFUSALS = [
     ({"slip.neighbors": 1}, "slip.neighbors", "did you mean 'neighbours'"),
     ({"slip.modes": {}}, "slip.modes", "neighbours, finite_size, backend, 2s, 3a, 3t, 4a"),
     ({"slip.2s": {"strength": 1.0, "axes": [1, 0, 0]}}, "slip.2s.axes", "did you mean 'axis'"),
-    ({"zzz": 1}, "zzz", "there are chain, elasticity, slip, friction, steric, start, run, title"),
+    (
+        {"zzz": 1},
+        "zzz",
+        "there are chain, elasticity, slip, friction, start, run, title, steric, field, flow",
+    ),
     ({"chain.particles.x": 1}, "chain.particles.x", "chain.particles is not a table"),
     ({"chain": {3: 1}}, "chain.3", "keys are strings"),
     # missing keys
@@ -144,6 +148,13 @@ REFUSALS = [
     ({"steric.strength": 1.0}, "steric.strength", "name steric.kind"),
     ({"steric.range": 3.0}, "steric.range", "name steric.kind"),
     ({"steric.kind": "wca"}, "steric.strength", "along with steric.kind"),
+    ({"field.force": 1.0}, "field.force", "a list of 3 finite numbers"),
+    ({"field.torque": [1.0, 2.0]}, "field.torque", "a list of 3 finite numbers"),
+    ({"field.body_force": [0, 0, "x"]}, "field.body_force[2]", "a finite number"),
+    ({"field.body_torque": [0, 0, math.inf]}, "field.body_torque[2]", "a finite number"),
+    ({"flow.gradient": [1, 2, 3]}, "flow.gradient[0]", "a list of 3 finite numbers"),
+    ({"flow.gradient": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}, "flow.gradient", "no trace"),
+    ({"flow.disturbance": 1}, "flow.disturbance", "true or false"),
     ({"steric": {"kind": "soft"}}, "steric.kind", "one of none, wca, harmonic"),
     ({"steric": {"kind": "wca", "strength": 1, "range": 2.0}}, "steric.range", "exceed two radii"),
     ({"steric": {"kind": "wca", "strength": 1, "range": 11}}, "steric.range", "neighbours at rest"),
@@ -382,7 +393,7 @@ def scenes(draw):
             finite_size=draw(st.booleans()),
             backend="native" if periodic else draw(st.sampled_from(["native", "pystokes"])),
         ),
-        steric=draw(repulsions(radius)),
+        effects={"steric": draw(repulsions(radius))},
         start=StartSpec(
             shape=shape,
             amplitude=draw(finite if shape == "straight" else st.floats(0.0, radius)),

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from nrchain.effects.registry import acting
 from nrchain.errors import TrajectoryError
 from nrchain.h5md import FILE_NAME, REASON_BYTES
 from nrchain.outcome import Cause
@@ -110,6 +111,8 @@ def test_the_file_is_h5md(path, ends):
         assert file["particles/chain/position/step"][()].tolist() == [0, -1, -1, -1, -1]
         assert file["parameters/scene"].asstr()[()] == scene.to_toml()
         assert file["parameters/versions"].attrs["numpy"] == np.__version__
+        names = [effect.name for effect in acting(scene)]
+        assert list(file["parameters/effects"].asstr()[()]) == names
 
 
 def test_only_finished_snapshots_are_read(path):

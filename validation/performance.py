@@ -274,6 +274,8 @@ def _absent(recorder: Recorder) -> None:
         ("twist, passive", {"elasticity.twist": 0.0}, {}),
         ("twist and bend, passive", {"elasticity.twist": 0.0, "elasticity.bend": 0.0}, {}),
         ("stretch and shear, passive", {"elasticity.stretch": 0.0, "elasticity.shear": 0.0}, {}),
+        ("uniform force", {}, {"field.force": [0.0, 0.0, -1.0]}),
+        ("shear flow and its disturbance", {}, {"flow.gradient": [[0, 1e-3, 0], [0] * 3, [0] * 3]}),
     ]
     rows = []
     for name, less, more in cases:

@@ -13,10 +13,18 @@ Weeks, Chandler, Andersen, J. Chem. Phys. 54, 5237 (1971).
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
 import numpy as np
 
 from nrchain._compile import kernel
+from nrchain.effects.base import Cost, Effect
+from nrchain.effects.registry import register_effect
+from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.near_pairs import near_pairs
+from nrchain.scene import Scene
+from nrchain.scene_rules import Section, choice, number, optional
 
 KINDS = {"wca": 0, "harmonic": 1}
 
@@ -173,3 +181,115 @@ class Repulsion:
     def add_product(self, poses: np.ndarray, wrenches: np.ndarray) -> None:
         """wrenches (N, 6) += the change of the forces with ``poses`` (N, 6)."""
         _add_product(self._stiff_pairs, self._stiffness, poses, wrenches)
+
+
+Kind = Literal["none", "wca", "harmonic"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StericSpec(Section):
+    """A repulsion between spheres that come near each other, along the chain or across it.
+
+    ``strength`` is an energy; ``range`` the distance of centres below which spheres repel each
+    other, 2^(1/6) times two radii when it is not given.
+    """
+
+    path: ClassVar[str] = "steric"
+    kind: Annotated[Kind, choice(Kind)] = "none"
+    strength: Annotated[float | None, optional(number(above=0))] = None
+    range: Annotated[float | None, optional(number(above=0))] = None
+
+    @property
+    def acts(self) -> bool:
+        """Whether a repulsion is named."""
+        return self.kind != "none"
+
+    def check(self) -> None:
+        if self.acts and self.strength is None:
+            raise SceneError("steric.strength", NOT_GIVEN, "must be given along with steric.kind")
+        for name in ("strength", "range"):
+            if not self.acts and getattr(self, name) is not None:
+                allowed = "acts only with a repulsion: name steric.kind, 'wca' or 'harmonic'"
+                raise SceneError(f"steric.{name}", getattr(self, name), allowed)
+
+
+@register_effect
+class Steric(Effect):
+    """The repulsion of a scene."""
+
+    name = "steric repulsion"
+    summary = "spheres that come near each other push each other away"
+    absence = "a run stops where spheres touch"
+    equation = "V = Σ_{i<j} φ(|r_i − r_j|), for r < c"
+    Section = StericSpec
+    example = {"steric": {"kind": "harmonic", "strength": 100.0, "range": 3.0}}  # noqa: RUF012
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        section = self.section(scene)
+        period = scene.length if scene.chain.ends == "periodic" else 0.0
+        self._repulsion = Repulsion(section.kind, section.strength, self.range(scene), period)
+
+    @classmethod
+    def range(cls, scene: Scene) -> float:
+        """Distance of centres at which the repulsion begins: as given, or 2^(1/6) · 2a."""
+        given = cls.section(scene).range
+        return 2 ** (7 / 6) * scene.chain.radius if given is None else given
+
+    @classmethod
+    def acts(cls, scene: Scene) -> bool:
+        return cls.section(scene).acts
+
+    @classmethod
+    def check(cls, scene: Scene) -> None:
+        """Refuse a repulsion that the chain at rest would already feel, or spheres not at all."""
+        reach, spacing, radius = cls.range(scene), scene.chain.spacing, scene.chain.radius
+        if cls.acts(scene) and not 2 * radius < reach <= spacing:
+            allowed = (
+                f"must exceed two radii, {2 * radius!r}, and be no more than"
+                f" chain.spacing = {spacing!r}, or neighbours at rest push each other apart"
+            )
+            raise SceneError("steric.range", reach, allowed)
+
+    @classmethod
+    def balanced(cls, scene: Scene) -> bool:
+        return True
+
+    @classmethod
+    def detail(cls, scene: Scene) -> str:
+        section = cls.section(scene)
+        return f"{section.kind}, strength {section.strength:g}, below {cls.range(scene):.4g}"
+
+    @classmethod
+    def cost(cls, scene: Scene) -> Cost:
+        """Neighbours along the chain, which a list of pairs holds when its skin reaches them."""
+        near = scene.chain.spacing < (1.0 + SKIN) * cls.range(scene)
+        return Cost(scene.chain.particles if near else 0, "pairs")
+
+    @classmethod
+    def scale(cls, scene: Scene) -> float:
+        """That of spheres at two radii, or half way to it from a range farther out."""
+        section, reach = cls.section(scene), cls.range(scene)
+        distance = max(2.0 * scene.chain.radius, 0.5 * reach)
+        _, slope, _ = _potential(KINDS[section.kind], distance, section.strength, reach)
+        return float(-slope) / scene.drag.translation
+
+    @classmethod
+    def straight(cls, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+        """Nothing: it begins at the rest distance at most."""
+        return np.zeros(6), np.zeros((6, 6))
+
+    def add_wrenches(self, positions: np.ndarray, frames: np.ndarray, wrenches: np.ndarray) -> None:
+        self._repulsion.add_wrenches(positions, wrenches)
+
+    def linearise(self, positions: np.ndarray, frames: np.ndarray) -> None:
+        self._repulsion.linearise(positions)
+
+    def add_blocks(self, blocks: np.ndarray) -> None:
+        self._repulsion.add_blocks(blocks)
+
+    def add_product(self, poses: np.ndarray, out: np.ndarray) -> None:
+        self._repulsion.add_product(poses, out)
+
+    def energy(self, positions: np.ndarray, frames: np.ndarray) -> float:
+        return self._repulsion.add_wrenches(positions, np.zeros((len(positions), 6)))

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import lru_cache
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numba import prange
@@ -183,6 +183,13 @@ class SlipFlow:
         """Strengths (modes, N) of the modes that act."""
         first = self._layout.first
         return self._sources[len(self._changes) :, first : first + self.count]
+
+    def only(self, label: str) -> Self:
+        """Silence all modes but one, in place; the kernel stays the same."""
+        for row, own in zip(self._sources[len(self._changes) :], self.labels, strict=True):
+            if own != label:
+                row[:] = 0.0
+        return self
 
     @property
     def near(self) -> int:

@@ -8,6 +8,7 @@ from poses import dense, pose_derivative, random_chain, rigid_motion
 
 import nrchain
 from nrchain.effects import cosserat
+from nrchain.effects.cosserat import TERMS, Elasticity
 from nrchain.errors import SceneError
 
 MODULI = {"stretch": 3.0, "shear": 5.0, "twist": 7.0, "bend": 11.0}
@@ -33,6 +34,12 @@ def wrenches(positions, frames, ends="free", **moduli):
     )
 
 
+def elasticity(count, ends, measure="paper", **moduli):
+    period = count * SPACING if ends == "periodic" else 0.0
+    values = tuple((MODULI | moduli).values())
+    return Elasticity(SPACING, period, values, measure == "isotropic", cosserat.terms_of(values))
+
+
 @pytest.mark.parametrize(("count", "ends", "measure"), CASES)
 def test_wrenches_are_minus_the_gradient_of_the_energy(count, ends, measure):
     positions, frames = random_chain(count, seed=count)
@@ -44,10 +51,7 @@ def test_wrenches_are_minus_the_gradient_of_the_energy(count, ends, measure):
 def test_jacobian_against_differences(count, ends, measure):
     positions, frames = random_chain(count, seed=count)
     blocks = np.zeros((count, 7, 6, 6))
-    period = count * SPACING if ends == "periodic" else 0.0
-    cosserat.add_jacobian(
-        positions, frames, SPACING, period, *MODULI.values(), blocks, measure == "isotropic"
-    )
+    elasticity(count, ends, measure).add_jacobian(positions, frames, blocks)
     numeric = pose_derivative(lambda r, e: wrenches(r, e, ends, measure=measure), positions, frames)
     assert dense(blocks, ends == "periodic") == pytest.approx(numeric, abs=1e-7)
 
@@ -85,11 +89,8 @@ def test_measures_have_the_same_linear_response(ends):
     # about the straight chain the Jacobians are equal; about a chain bent by β they differ by β
     def blocks(bend, measure):
         positions, frames = random_chain(6, noise=0.0, bend=bend)
-        period = 6 * SPACING if ends == "periodic" else 0.0
         out = np.zeros((6, 7, 6, 6))
-        cosserat.add_jacobian(
-            positions, frames, SPACING, period, *MODULI.values(), out, measure == "isotropic"
-        )
+        elasticity(6, ends, measure).add_jacobian(positions, frames, out)
         return out
 
     gaps = [np.abs(blocks(b, "paper") - blocks(b, "isotropic")).max() for b in (0.0, 1e-4, 1e-2)]
@@ -143,6 +144,27 @@ def test_moduli_are_separate(kind):
     assert wrenches(positions, frames, **doubled) == pytest.approx(
         2 * wrenches(positions, frames, **alone)
     )
+    blocks = np.zeros((6, 7, 6, 6))
+    elasticity(6, "free", **alone).add_jacobian(positions, frames, blocks)
+    numeric = pose_derivative(lambda r, e: wrenches(r, e, **alone), positions, frames)
+    assert dense(blocks, False) == pytest.approx(numeric, abs=1e-7)
+
+
+def test_terms_without_a_modulus_are_not_in_the_code():
+    """Each set of terms has kernels of its own; those of four terms with moduli zero agree."""
+    positions, frames = random_chain(6)
+    held = elasticity(6, "free", twist=0.0, bend=0.0)
+    assert held.terms == ("stretch", "shear")
+    everything = Elasticity(SPACING, 0.0, held.moduli, False, TERMS)
+    few, all_terms = np.zeros((2, 6, 6))
+    held.add_wrenches(positions, frames, few)
+    everything.add_wrenches(positions, frames, all_terms)
+    assert few == pytest.approx(all_terms, rel=1e-14, abs=1e-14)
+    kernels = [cosserat.wrench_kernel(e.terms, False) for e in (held, everything)]
+    assert len({kernel.py_func.__qualname__ for kernel in kernels}) == 2
+    nothing = elasticity(6, "free", **dict.fromkeys(MODULI, 0.0))
+    assert not nothing
+    assert not nothing.terms
 
 
 def test_periodic_chain_does_not_know_where_it_is_cut():

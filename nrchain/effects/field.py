@@ -1,0 +1,109 @@
+"""F = f + Σ_a f_a e_a, T = t + Σ_a t_a e_a: one force and one torque on every sphere.
+
+f and t are vectors of the lab (gravity, a magnetic torque on spheres that point one way); f_a and
+t_a are components along the axes e_a of each sphere, and turn with it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from nrchain._compile import kernel
+from nrchain.effects.base import OneBodyEffect, cross_matrix
+from nrchain.effects.registry import register_effect
+from nrchain.errors import SceneError
+from nrchain.scene import Scene
+from nrchain.scene_rules import Section, vector
+
+Vector = tuple[float, float, float]
+_NONE = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FieldSpec(Section):
+    """A force and a torque on every sphere: vectors of the lab, and along e₁, e₂, e₃ of each."""
+
+    path: ClassVar[str] = "field"
+    force: Annotated[Vector, vector()] = _NONE
+    torque: Annotated[Vector, vector()] = _NONE
+    body_force: Annotated[Vector, vector()] = _NONE
+    body_torque: Annotated[Vector, vector()] = _NONE
+
+
+@kernel
+def _add_field(frames, lab, body, wrenches):
+    """wrenches += (f, t) + Σ_a (f_a, t_a) e_a."""
+    for i in range(wrenches.shape[0]):
+        for half in range(2):
+            for k in range(3):
+                wrenches[i, 3 * half + k] += (
+                    lab[3 * half + k]
+                    + body[half, 0] * frames[i, 0, k]
+                    + body[half, 1] * frames[i, 1, k]
+                    + body[half, 2] * frames[i, 2, k]
+                )
+
+
+@register_effect
+class Field(OneBodyEffect):
+    """The uniform force and torque of a scene."""
+
+    name = "field"
+    summary = "a uniform force and torque on every sphere, in the lab or along its axes"
+    absence = "no force or torque from outside"
+    equation = "F = f + Σ_a f_a e_a, T = t + Σ_a t_a e_a"
+    Section = FieldSpec
+    example = {  # noqa: RUF012
+        "field": {
+            "force": [1.0, -2.0, 3.0],
+            "torque": [-3.0, 1.0, 2.0],
+            "body_force": [2.0, 1.0, -1.0],
+            "body_torque": [1.0, 3.0, -2.0],
+        }
+    }
+    covariant = False
+    carries = True
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        section = self.section(scene)
+        self._lab = np.array([*section.force, *section.torque])
+        self._body = np.array([section.body_force, section.body_torque])
+
+    @classmethod
+    def balanced(cls, scene: Scene) -> bool:
+        """Torques alone: their flow falls off as 1/r², and that of both sides cancels."""
+        section = cls.section(scene)
+        return not any(section.force) and not any(section.body_force)
+
+    @classmethod
+    def scale(cls, scene: Scene) -> float:
+        section, radius = cls.section(scene), scene.chain.radius
+        force = np.linalg.norm(section.force) + np.linalg.norm(section.body_force)
+        torque = np.linalg.norm(section.torque) + np.linalg.norm(section.body_torque)
+        translation, rotation = scene.drag
+        return float(max(force / translation, radius * torque / rotation))
+
+    @classmethod
+    def straight(cls, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+        """The wrench on a sphere with its frame along the lab, and how it turns with it."""
+        if scene.friction.kind == "pairwise":
+            allowed = "leaves no plane waves with friction between spheres; take one of them out"
+            raise SceneError(cls.key, cls.detail(scene), allowed)
+        field, wrench, frames = cls(scene), np.zeros((1, 6)), np.eye(3)[None]
+        field.add_wrenches(np.zeros((1, 3)), frames, wrench)
+        return wrench[0], field.derivative(np.zeros((1, 3)), frames)[0]
+
+    def add_wrenches(self, positions: np.ndarray, frames: np.ndarray, wrenches: np.ndarray) -> None:
+        _add_field(frames, self._lab, self._body, wrenches)
+
+    def derivative(self, positions: np.ndarray, frames: np.ndarray) -> np.ndarray:
+        """∂(F, T)/∂φ: a body vector changes by φ × b."""
+        body = self._body @ frames
+        own = np.zeros((len(frames), 6, 6))
+        for half in range(2):
+            own[:, 3 * half : 3 * half + 3, 3:] = -cross_matrix(body[:, half])
+        return own

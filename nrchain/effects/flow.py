@@ -1,0 +1,95 @@
+"""v = G·r, ω = ½ curl(G·r): spheres carried by a background flow, a shear or an extension.
+
+G is the gradient ∂u_p/∂r_q of the flow far from the chain, constant and traceless; the origin of
+the lab stands still. What rigid spheres do against being strained is the effect ``strain``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from nrchain.effects.base import OneBodyEffect
+from nrchain.effects.registry import register_effect
+from nrchain.errors import SceneError
+from nrchain.scene import Scene
+from nrchain.scene_rules import Section, flag, vector
+
+Matrix = tuple[tuple[float, float, float], ...]
+
+TRACE = 1e-12
+"""How much of its largest number the trace of a gradient may be: rounding."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FlowSpec(Section):
+    """G of u = G·r, row by row, without trace; and whether spheres disturb it by being rigid."""
+
+    path: ClassVar[str] = "flow"
+    gradient: Annotated[Matrix, vector(inner=vector())] = ((0.0,) * 3,) * 3
+    disturbance: Annotated[bool, flag()] = True
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """G (3, 3)."""
+        return np.array(self.gradient)
+
+    def check(self) -> None:
+        if abs(np.trace(self.matrix)) > TRACE * np.abs(self.matrix).max():
+            allowed = "must have no trace: the fluid is incompressible"
+            raise SceneError("flow.gradient", self.gradient, allowed)
+
+
+@register_effect
+class Flow(OneBodyEffect):
+    """The background flow of a scene at the centre of each sphere."""
+
+    name = "flow"
+    key = "flow.gradient"
+    summary = "a background flow, shear or extension, carries and turns every sphere"
+    absence = "the fluid is at rest far away"
+    equation = "v = G·r, ω = ½ ∇ × (G·r)"
+    gives = "twist"
+    Section = FlowSpec
+    example = {  # noqa: RUF012
+        "flow.gradient": [[0.0, 0.3, -0.1], [0.0, 0.2, 0.4], [0.0, -0.3, -0.2]]
+    }
+    covariant = False
+    carries = True
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self._gradient = self.section(scene).matrix
+        g = self._gradient
+        self._spin = 0.5 * np.array([g[2, 1] - g[1, 2], g[0, 2] - g[2, 0], g[1, 0] - g[0, 1]])
+
+    @classmethod
+    def acts(cls, scene: Scene) -> bool:
+        return bool(cls.section(scene).matrix.any())
+
+    @classmethod
+    def check(cls, scene: Scene) -> None:
+        """On a chain that repeats along x, so must the flow."""
+        gradient = cls.section(scene).gradient
+        if scene.chain.ends == "periodic" and any(row[0] for row in gradient):
+            allowed = (
+                "must not change along x on a periodic chain (its first column zero, as in the"
+                " shear u_x = γ y), or its images move apart; or choose free or clamped ends"
+            )
+            raise SceneError(cls.key, gradient, allowed)
+
+    @classmethod
+    def scale(cls, scene: Scene) -> float:
+        """|G| over half the chain."""
+        return float(np.linalg.norm(cls.section(scene).matrix, 2)) * 0.5 * scene.length
+
+    def add_twists(self, positions: np.ndarray, frames: np.ndarray, twists: np.ndarray) -> None:
+        twists[:, :3] += positions @ self._gradient.T
+        twists[:, 3:] += self._spin
+
+    def derivative(self, positions: np.ndarray, frames: np.ndarray) -> np.ndarray:
+        own = np.zeros((len(positions), 6, 6))
+        own[:, :3, :3] = self._gradient
+        return own

@@ -1,0 +1,47 @@
+"""(v, ω)_i += Σ_{j≠i} μ_ij · (F, T)_j: wrenches move other spheres through the fluid between them.
+
+The mobilities are those of Rotne, Prager and Yamakawa (:mod:`nrchain.hydrodynamics.friction`).
+Without this effect every sphere is slowed by the fluid as if it were alone.
+"""
+
+from __future__ import annotations
+
+from nrchain.effects.base import Cost, Effect
+from nrchain.effects.registry import acting, register_effect
+from nrchain.effects.slip import pairs_within, reach_text
+from nrchain.scene import Scene, load_scene
+
+
+@register_effect
+class FrictionBetweenSpheres(Effect):
+    """The rest of the mobility, beside each sphere's own drag."""
+
+    name = "friction between spheres"
+    key = "friction.kind"
+    summary = "wrenches move other spheres too: Rotne–Prager–Yamakawa mobilities"
+    equation = "(v, ω)_i += Σ_{j≠i} μ_ij·(F, T)_j"
+    gives = "mobility"
+    example = {"friction.kind": "pairwise"}  # noqa: RUF012
+    fused = True
+
+    @classmethod
+    def acts(cls, scene: Scene) -> bool:
+        return scene.friction.kind == "pairwise"
+
+    @classmethod
+    def without(cls, scene: Scene) -> Scene:
+        return load_scene(scene, friction="one-body")
+
+    @classmethod
+    def detail(cls, scene: Scene) -> str:
+        return f"pairwise, {reach_text(scene.friction.neighbours)}"
+
+    @classmethod
+    def cost(cls, scene: Scene) -> Cost:
+        return Cost(pairs_within(scene, scene.friction.neighbours), "pairs")
+
+    @classmethod
+    def scale(cls, scene: Scene) -> float:
+        """3a/2d, the mobility of a neighbour over a sphere's own, of what the wrenches give."""
+        wrenches = [other.scale(scene) for other in acting(scene) if other.gives == "wrench"]
+        return 1.5 * scene.chain.radius / scene.chain.spacing * max(wrenches, default=0.0)

@@ -1,0 +1,270 @@
+"""C⁰e_a = Σ_m w_m e_a^m and C¹r = Σ_m w′_m r_m: the middle of a link between spheres i and i+1.
+
+Inner links take both over four spheres (weights −1, 9, 9, −1 over 16 and 1, −27, 27, −1 over 24d),
+which keeps the relaxation of long bends exact to fourth order in qd; the first and the last link of
+an open chain take two (½, ½ and −1, 1 over d). The paper's boundary terms print no ½ and a sum over
+a = 1, 2: both are misprints.
+
+The kernels here are what the terms of the elastic energy have in common: strains of a link, the
+product rule of e × f, and the places in the Jacobian that they go to.
+"""
+
+from __future__ import annotations
+
+from nrchain._compile import kernel
+
+REACH = 3
+"""How many spheres along the chain the elastic forces reach."""
+
+# Frame weights (of i−1 and i+2, of i and i+1) and tangent weights, the latter times d.
+_WIDE = (-1 / 16, 9 / 16, 1 / 24, 27 / 24)
+_NARROW = (0.0, 0.5, 0.0, 1.0)
+
+
+@kernel
+def is_wide(link, count, periodic):
+    """Whether the link has its four spheres, which it has not at the ends of an open chain."""
+    return periodic or 0 < link < count - 2
+
+
+@kernel
+def link_weights(wide):
+    """Weights (outer, inner) of C⁰ and of d C¹, the outer ones zero where they are two-body."""
+    return _WIDE if wide else _NARROW
+
+
+@kernel
+def link_spheres(link, count, wide):
+    """The spheres i−1, i, i+1, i+2 of a link; where there are two, these stand in for the rest."""
+    after = link + 1 if link + 1 < count else 0
+    if not wide:
+        return link, link, after, after
+    before = link - 1 if link > 0 else count - 1
+    return before, link, after, (after + 1 if after + 1 < count else 0)
+
+
+@kernel
+def link_tangent(positions, link, spheres, weights, spacing, period):
+    """C¹r; images of a periodic chain are a period away."""
+    count, outer, inner = positions.shape[0], weights[2] / spacing, weights[3] / spacing
+    i, j, k, m = spheres
+    shift = 0.0
+    if period > 0.0:
+        shift = inner * period if link + 1 >= count else 0.0
+        shift -= outer * period if link == 0 else 0.0
+        shift -= outer * period if link + 2 >= count else 0.0
+    return (
+        inner * (positions[k, 0] - positions[j, 0])
+        - outer * (positions[m, 0] - positions[i, 0])
+        + shift,
+        inner * (positions[k, 1] - positions[j, 1]) - outer * (positions[m, 1] - positions[i, 1]),
+        inner * (positions[k, 2] - positions[j, 2]) - outer * (positions[m, 2] - positions[i, 2]),
+    )
+
+
+@kernel
+def mid_vector(frames, a, spheres, weights):
+    """C⁰e_a."""
+    outer, inner = weights[0], weights[1]
+    i, j, k, m = spheres
+    return (
+        outer * (frames[i, a, 0] + frames[m, a, 0]) + inner * (frames[j, a, 0] + frames[k, a, 0]),
+        outer * (frames[i, a, 1] + frames[m, a, 1]) + inner * (frames[j, a, 1] + frames[k, a, 1]),
+        outer * (frames[i, a, 2] + frames[m, a, 2]) + inner * (frames[j, a, 2] + frames[k, a, 2]),
+    )
+
+
+@kernel
+def dot(first, second):
+    return first[0] * second[0] + first[1] * second[1] + first[2] * second[2]
+
+
+@kernel
+def add_cross(first, second, factor, out):
+    """out += factor (a × b)."""
+    out[0] += factor * (first[1] * second[2] - first[2] * second[1])
+    out[1] += factor * (first[2] * second[0] - first[0] * second[2])
+    out[2] += factor * (first[0] * second[1] - first[1] * second[0])
+
+
+@kernel
+def stress_vector(frames, i, first, last, tensions):
+    """Σ_a τ_a e_a of sphere i, over first ≤ a < last."""
+    g0 = g1 = g2 = 0.0
+    for a in range(first, last):
+        g0 += tensions[a] * frames[i, a, 0]
+        g1 += tensions[a] * frames[i, a, 1]
+        g2 += tensions[a] * frames[i, a, 2]
+    return g0, g1, g2
+
+
+@kernel
+def _add_strain_wrench(frame, along, stress, pull, tangent, wrench):
+    """wrench −= ∂/∂(u, φ) of Σ_a τ_a C⁰e_a·C¹r for a sphere with these weights."""
+    wrench[0] -= along * pull[0]
+    wrench[1] -= along * pull[1]
+    wrench[2] -= along * pull[2]
+    wrench[3] -= frame * (stress[1] * tangent[2] - stress[2] * tangent[1])
+    wrench[4] -= frame * (stress[2] * tangent[0] - stress[0] * tangent[2])
+    wrench[5] -= frame * (stress[0] * tangent[1] - stress[1] * tangent[0])
+
+
+@kernel
+def add_strain_wrenches(
+    frames, first, last, spheres, wide, weights, spacing, tangent, tensions, wrenches
+):
+    """wrenches −= Σ_a τ_a ∂(C⁰e_a·C¹r) over the spheres of a link: its tensions τ_a at work."""
+    outer, inner, far, near = weights
+    h, i, j, k = spheres
+    of_i = stress_vector(frames, i, first, last, tensions)
+    of_j = stress_vector(frames, j, first, last, tensions)
+    if not wide:
+        pull = inner * (of_i[0] + of_j[0]), inner * (of_i[1] + of_j[1]), inner * (of_i[2] + of_j[2])
+    else:
+        of_h = stress_vector(frames, h, first, last, tensions)
+        of_k = stress_vector(frames, k, first, last, tensions)
+        pull = (
+            inner * (of_i[0] + of_j[0]) + outer * (of_h[0] + of_k[0]),
+            inner * (of_i[1] + of_j[1]) + outer * (of_h[1] + of_k[1]),
+            inner * (of_i[2] + of_j[2]) + outer * (of_h[2] + of_k[2]),
+        )
+        _add_strain_wrench(outer, far / spacing, of_h, pull, tangent, wrenches[h])
+        _add_strain_wrench(outer, -far / spacing, of_k, pull, tangent, wrenches[k])
+    _add_strain_wrench(inner, -near / spacing, of_i, pull, tangent, wrenches[i])
+    _add_strain_wrench(inner, near / spacing, of_j, pull, tangent, wrenches[j])
+
+
+@kernel
+def set_gradient(frames, a, spheres, weights, spacing, e, tangent, factor, gradient):
+    """gradient (4, 6) = factor ∂(C⁰e_a·C¹r)/∂(u, φ) of the spheres of a link, with e = C⁰e_a."""
+    outer, inner, far, near = weights
+    frame = (outer, inner, inner, outer)
+    along = (far / spacing, -near / spacing, near / spacing, -far / spacing)
+    for m in range(4):
+        i = spheres[m]
+        for k in range(3):
+            k1, k2 = (k + 1) % 3, (k + 2) % 3
+            lever = frames[i, a, k1] * tangent[k2] - frames[i, a, k2] * tangent[k1]
+            gradient[m, k] = factor * along[m] * e[k]
+            gradient[m, 3 + k] = factor * frame[m] * lever
+
+
+@kernel
+def add_strain_blocks(
+    frames, first, last, spheres, wide, weights, spacing, tangent, tensions, gradients, blocks
+):
+    """blocks −= Σ_a (g_a g_aᵀ + τ_a ∂²s_a) for strains s_a with √K_a ∂s_a = g_a (3, 4, 6)."""
+    centre = blocks.shape[1] // 2
+    outer, inner, far, near = weights
+    frame = (outer, inner, inner, outer)
+    along = (far / spacing, -near / spacing, near / spacing, -far / spacing)
+    for m in range(0 if wide else 1, 4 if wide else 3):
+        i = spheres[m]
+        stress = stress_vector(frames, i, first, last, tensions)
+        for n in range(0 if wide else 1, 4 if wide else 3):
+            block = blocks[i, centre + n - m]
+            for p in range(6):
+                for q in range(6):
+                    total = 0.0
+                    for a in range(first, last):
+                        total += gradients[a, m, p] * gradients[a, n, q]
+                    block[p, q] -= total
+            other = stress_vector(frames, spheres[n], first, last, tensions)
+            _add_skew(block, 0, 3, along[m] * frame[n], other)
+            _add_skew(block, 3, 0, -frame[m] * along[n], stress)
+        _add_dyadic(blocks[i, centre], -frame[m], stress, tangent)
+
+
+@kernel
+def _add_skew(block, row, column, factor, v):
+    """block[row:row+3, column:column+3] += factor v^, the matrix of w ↦ v × w."""
+    for k in range(3):
+        k1, k2 = (k + 1) % 3, (k + 2) % 3
+        block[row + k, column + k1] -= factor * v[k2]
+        block[row + k, column + k2] += factor * v[k1]
+
+
+@kernel
+def _add_dyadic(block, factor, e, t):
+    """block[3:, 3:] += factor (e tᵀ − (e·t) I)."""
+    along = dot(e, t)
+    for p in range(3):
+        for q in range(3):
+            block[3 + p, 3 + q] += factor * e[p] * t[q]
+        block[3 + p, 3 + p] -= factor * along
+
+
+@kernel
+def add_turned_cross(e, f, factor, own, other):
+    """Derivative of factor (e × f): own += factor (e fᵀ − e·f), other −= factor (f eᵀ − e·f)."""
+    along = dot(e, f)
+    for p in range(3):
+        for q in range(3):
+            own[p, q] += factor * e[p] * f[q]
+            other[p, q] -= factor * f[p] * e[q]
+        own[p, p] -= factor * along
+        other[p, p] += factor * along
+
+
+@kernel
+def add_outer(axis, factor, own, other):
+    """own −= factor v vᵀ and other += factor v vᵀ."""
+    for p in range(3):
+        for q in range(3):
+            own[p, q] -= factor * axis[p] * axis[q]
+            other[p, q] += factor * axis[p] * axis[q]
+
+
+@kernel
+def product_energy(e, f):
+    """½ (e·f)²."""
+    return 0.5 * dot(e, f) ** 2
+
+
+@kernel
+def add_product_moment(e, f, modulus, moment):
+    """moment −= modulus (e·f) e × f, from ½ modulus (e·f)²."""
+    add_cross(e, f, -modulus * dot(e, f), moment)
+
+
+@kernel
+def add_product_blocks(e, f, modulus, axis, own, other):
+    """∂/∂φ and ∂/∂φ′ of :func:`add_product_moment`; ``axis`` (3,) is room to work in."""
+    add_turned_cross(e, f, -modulus * dot(e, f), own, other)
+    axis[:] = 0.0
+    add_cross(e, f, 1.0, axis)
+    add_outer(axis, modulus, own, other)
+
+
+@kernel
+def add_turning_moment(moment, i, j, wrenches):
+    """The torque of a link on its first sphere i; the second, j, feels the opposite."""
+    for k in range(3):
+        wrenches[i, 3 + k] += moment[k]
+        wrenches[j, 3 + k] -= moment[k]
+
+
+@kernel
+def add_turning_blocks(own, other, i, j, blocks):
+    """The derivatives (3, 3) of the moment of a link with the turns of its two spheres."""
+    centre = blocks.shape[1] // 2
+    for p in range(3):
+        for q in range(3):
+            blocks[i, centre, 3 + p, 3 + q] += own[p, q]
+            blocks[i, centre + 1, 3 + p, 3 + q] += other[p, q]
+            blocks[j, centre - 1, 3 + p, 3 + q] -= own[p, q]
+            blocks[j, centre, 3 + p, 3 + q] -= other[p, q]
+
+
+@kernel
+def add_block_product(blocks, poses, periodic, wrenches):
+    """wrenches[i] += Σ_m blocks[i, w + m] · poses[i + m]: the change of (F, T) with the poses."""
+    count, centre = blocks.shape[0], blocks.shape[1] // 2
+    for i in range(count):
+        for m in range(blocks.shape[1]):
+            j = i + m - centre
+            if not periodic and (j < 0 or j >= count):
+                continue
+            for p in range(6):
+                for q in range(6):
+                    wrenches[i, p] += blocks[i, m, p, q] * poses[j % count, q]

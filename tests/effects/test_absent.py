@@ -1,0 +1,125 @@
+"""What is not named, has no strength or vanishes by symmetry is in no code and in no model."""
+
+import re
+
+import numba
+import numpy as np
+import pytest
+from poses import random_chain
+
+import nrchain
+from nrchain import slip_modes
+from nrchain._compile import ARITHMETIC
+from nrchain.effects import cosserat
+from nrchain.effects.cosserat import TERMS
+from nrchain.hydrodynamics import friction, pairs
+from nrchain.hydrodynamics.pair_law import PairLaw
+from nrchain.model import Model
+
+E1 = (1.0, 0.0, 0.0)
+MODES = ("2s", "3a", "3t", "4a")
+ZEROS = {"slip.3a": 0.0, "slip.3t": [0.0] * 6, "slip.4a": 0.0, "field.force": [0, 0, 0]}
+ZEROS |= {"flow.gradient": [[0.0] * 3] * 3, "steric.kind": "none"}
+
+
+def make(**changes):
+    return nrchain.load_scene({"chain.particles": 6, "run.end": 1.0}, **changes)
+
+
+def arithmetic(law):
+    """Products and sums in the text of a law, of one pair."""
+    return len(re.findall(r" [*+-] |\+=", law.source))
+
+
+def instructions(kernel):
+    """Floating-point instructions of a kernel, once the compiler is done with it."""
+    fresh = numba.njit(kernel.py_func, error_model="numpy", fastmath=set(ARITHMETIC))
+    vectors, numbers = numba.float64[:, ::1], numba.float64
+    fresh.compile((vectors, numba.float64[:, :, ::1], *[numbers] * 6, vectors))
+    (code,) = fresh.inspect_asm().values()
+    return len(re.findall(r"\bv?(?:f?n?m(?:add|sub)\w*|mul|add|sub|div|sqrt)[ps]d\b", code))
+
+
+def count_calls(monkeypatch, scene):
+    """The kernels that one right-hand side and one Jacobian run through, by name."""
+    calls = []
+
+    def counting(module, name):
+        make_kernel = getattr(module, name)
+
+        def counted(*arguments):
+            kernel = make_kernel(*arguments)
+
+            def run(*values):
+                calls.append(kernel.py_func.__qualname__)
+                return kernel(*values)
+
+            return run
+
+        monkeypatch.setattr(module, name, counted)
+
+    for module, names in (
+        (pairs, ("twist_kernel", "product_kernel", "block_kernel")),
+        (cosserat, ("wrench_kernel", "block_kernel")),
+        (friction, ("_twist_kernel", "_product_kernel")),
+    ):
+        for name in names:
+            counting(module, name)
+    model, poses = Model(scene), random_chain(6, spacing=10.0)
+    model.twists(*poses)
+    model.linearise(*poses, np.empty((6, 2 * model.reach + 1, 6, 6)))
+    monkeypatch.undo()
+    return calls
+
+
+@pytest.mark.parametrize("friction_kind", ["one-body", "pairwise"])
+def test_zero_strengths_run_the_very_kernels_of_a_scene_without_them(monkeypatch, friction_kind):
+    absent = make(**{"slip.2s": 100.0, "friction": friction_kind})
+    zero = make(**{"slip.2s": 100.0, "friction": friction_kind}, **ZEROS)
+    expected = count_calls(monkeypatch, absent)
+    assert expected
+    assert count_calls(monkeypatch, zero) == expected
+
+
+def test_nothing_named_runs_nothing(monkeypatch):
+    slack = dict.fromkeys(TERMS, 0.0)
+    scene = make(elasticity=slack, **ZEROS, **{"friction": "pairwise", "slip.neighbours": "all"})
+    model = Model(scene)
+    # no wrench, and so no friction to carry it
+    assert model.friction is None
+    assert not model.slip
+    assert not model.elasticity
+    assert count_calls(monkeypatch, scene) == []
+
+
+def test_four_modes_have_twice_the_arithmetic_of_one():
+    """What all-pairs sums of one mode take 1.6 times less time for; the geometry is in common."""
+    alone, four = (PairLaw.of(labels, [E1] * len(labels)) for labels in (("2s",), MODES))
+    assert arithmetic(four) > 2.0 * arithmetic(alone)
+
+
+@pytest.mark.parametrize("label", MODES)
+def test_what_a_mode_lacks_is_not_in_its_code(label):
+    """3t turns nothing; the flow of 2s is along n alone, those of 3a and 4a along e × n alone."""
+    mode, source = slip_modes.find(label), PairLaw.of([label], [E1]).source
+    for field, table in (("u", mode.flow()), ("w", mode.spin())):
+        written = set(re.findall(rf"{field}0 \+= f \* (\w)0", source))
+        assert written == {{"n": "n", "e": "e", "x": "m"}[basis] for basis, _ in table}
+
+
+@pytest.mark.parametrize("label", ["3a", "3t", "4a"])
+def test_finite_size_leaves_modes_alone_that_it_does_not_change(label):
+    sources = {PairLaw.of([label], [E1], finite).source for finite in (False, True)}
+    assert len(sources) == 1
+    changes = {f"slip.{label}": 10.0, "slip.finite_size": True}
+    assert "finite size" not in [effect.name for effect in Model(make(**changes)).effects]
+
+
+def test_terms_without_a_modulus_take_their_instructions_along():
+    counts = {
+        terms: instructions(cosserat.wrench_kernel(terms, False))
+        for terms in (TERMS, ("stretch", "shear"), ("twist", "bend"), ("bend",))
+    }
+    assert counts["bend",] < counts["twist", "bend"] < counts[TERMS]
+    strained, turned = counts["stretch", "shear"], counts["twist", "bend"]
+    assert strained + turned <= 1.1 * counts[TERMS]

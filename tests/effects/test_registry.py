@@ -1,0 +1,271 @@
+"""Every effect that is registered, held to what an effect must be; and one of a user's own."""
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+import pytest
+from poses import dense, pose_derivative, random_chain, rigid_motion
+
+import nrchain
+from nrchain.effects.base import Effect, OneBodyEffect
+from nrchain.effects.registry import acting, effects, find_effect
+from nrchain.errors import SceneError, TrajectoryError
+from nrchain.model import Model
+from nrchain.scene_rules import Section, number, vector
+
+COUNT, SPACING = 6, 4.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SpringSpec(Section):
+    path: ClassVar[str] = "spring"
+    stiffness: Annotated[float, number(least=0)] = 0.0
+    anchor: Annotated[tuple[float, float, float], vector()] = (0.0, 0.0, 0.0)
+
+
+class Spring(OneBodyEffect):
+    name = "spring"
+    summary = "a spring holds every sphere to a point"
+    equation = "V = Σ (k/2)|r − r₀|²"
+    Section = SpringSpec
+    example: ClassVar = {"spring": {"stiffness": 2.0, "anchor": [1.0, 2.0, 3.0]}}
+    covariant = False
+
+    @classmethod
+    def acts(cls, scene):
+        return scene.spring.stiffness > 0.0
+
+    def add_wrenches(self, positions, frames, wrenches):
+        spring = self.scene.spring
+        wrenches[:, :3] -= spring.stiffness * (positions - spring.anchor)
+
+    def derivative(self, positions, frames):
+        own = np.zeros((len(positions), 6, 6))
+        own[:, :3, :3] = -self.scene.spring.stiffness * np.eye(3)
+        return own
+
+    def energy(self, positions, frames):
+        spring = self.scene.spring
+        return 0.5 * spring.stiffness * np.sum((positions - np.array(spring.anchor)) ** 2)
+
+
+@pytest.fixture
+def spring():
+    nrchain.register_effect(Spring)
+    yield Spring
+    nrchain.unregister_effect(Spring)
+
+
+class Borrowed:
+    """Registers a user's effect while a test of all effects runs it."""
+
+    def __init__(self, effect):
+        self.effect = effect
+
+    def __enter__(self):
+        if self.effect is Spring:
+            nrchain.register_effect(Spring)
+        return self.effect
+
+    def __exit__(self, *_):
+        if self.effect is Spring:
+            nrchain.unregister_effect(Spring)
+
+
+def make(changes=None, **more):
+    """A chain with elasticity, which every other effect is an addition to."""
+    base = {
+        "chain": {"particles": COUNT, "spacing": SPACING, "ends": "free"},
+        "elasticity": {"stretch": 3.0, "shear": 5.0, "twist": 7.0, "bend": 11.0},
+        "run.end": 1.0,
+    }
+    return nrchain.load_scene(nrchain.load_scene(base, **(changes or {})), **more)
+
+
+ALL = [*effects(), Spring]
+EVALUATED = [effect for effect in ALL if effect.gives != "mobility"]
+each = pytest.mark.parametrize("effect", ALL, ids=lambda effect: effect.name)
+each_evaluated = pytest.mark.parametrize("effect", EVALUATED, ids=lambda effect: effect.name)
+
+
+def result(effect, positions, frames):
+    out = np.zeros((len(positions), 6))
+    (effect.add_wrenches if effect.gives == "wrench" else effect.add_twists)(positions, frames, out)
+    return out
+
+
+@each
+def test_it_says_what_it_is_and_can_be_taken_out(effect):
+    with Borrowed(effect):
+        assert find_effect(effect.name) is effect
+        scene = make(effect.example)
+        assert effect in acting(scene)
+        bare = effect.without(scene)
+        assert effect not in acting(bare)
+        assert {*acting(bare)} <= {*acting(scene)}
+        cost = effect.cost(scene)
+        assert cost.visits >= 0
+        assert str(cost)
+        assert effect.scale(scene) > 0
+        for text in (effect.summary, effect.equation, effect.key, effect.detail(scene)):
+            assert text
+            assert "\n" not in text
+        assert nrchain.Scene.from_toml(scene.to_toml()) == scene
+
+
+@each_evaluated
+def test_wrenches_are_minus_the_gradient_of_its_energy(effect):
+    with Borrowed(effect):
+        if effect.energy is None:
+            assert effect.gives == "twist" or effect.name == "field"
+            return
+        acting_one = effect(make(effect.example))
+        poses = random_chain(COUNT, spacing=2.9)
+        slope = pose_derivative(acting_one.energy, *poses)
+        assert result(acting_one, *poses) == pytest.approx(-slope, rel=1e-6, abs=1e-6)
+
+
+@each_evaluated
+@pytest.mark.parametrize("ends", ["free", "periodic"])
+def test_products_and_blocks_are_its_derivative(effect, ends):
+    with Borrowed(effect):
+        changes = effect.example
+        if ends == "periodic" and effect.name in ("flow", "strain"):
+            changes = {"flow.gradient": [[0.0, 0.3, -0.1], [0.0, 0.2, 0.4], [0.0, -0.3, -0.2]]}
+        acting_one = effect(make(changes, **{"chain.ends": ends}))
+        poses = random_chain(COUNT, spacing=2.9 if effect.name == "steric repulsion" else SPACING)
+        numeric = pose_derivative(lambda r, e: result(acting_one, r, e), *poses)
+        scale = np.abs(numeric).max() or 1.0
+        acting_one.linearise(*poses)
+        result(acting_one, *random_chain(COUNT, spacing=5.0, seed=1))
+        moves, product = np.random.default_rng(2).normal(size=(COUNT, 6)), np.zeros((COUNT, 6))
+        acting_one.add_product(moves, product)
+        expected = np.einsum("npmq,mq->np", numeric, moves)
+        assert product == pytest.approx(expected, abs=1e-7 * scale * COUNT)
+        if acting_one.places is not None:
+            blocks = np.zeros((COUNT, 2 * max(acting_one.places, 3) + 1, 6, 6))
+            acting_one.add_blocks(blocks)
+            assert dense(blocks, ends == "periodic") == pytest.approx(numeric, abs=1e-7 * scale)
+
+
+@each_evaluated
+def test_a_rigid_motion_carries_it_along_if_it_says_so(effect):
+    with Borrowed(effect):
+        acting_one = effect(make(effect.example))
+        poses = random_chain(COUNT, spacing=2.9)
+        positions, frames, turn = rigid_motion(*poses)
+        here, there = result(acting_one, *poses), result(acting_one, positions, frames)
+        turned = np.concatenate([here[:, :3] @ turn.T, here[:, 3:] @ turn.T], axis=1)
+        follows = np.allclose(there, turned, rtol=0, atol=1e-11 * np.abs(here).max())
+        assert follows == effect.covariant
+
+
+@each_evaluated
+def test_balanced_forces_sum_to_nothing_and_energies_give_symmetric_derivatives(effect):
+    with Borrowed(effect):
+        scene = make(effect.example)
+        acting_one, poses = effect(scene), random_chain(COUNT, spacing=2.9)
+        if effect.gives == "wrench" and effect.balanced(scene):
+            forces = result(acting_one, *poses)[:, :3]
+            assert np.abs(forces.sum(axis=0)).max() <= 1e-12 * np.abs(forces).max()
+        if effect.energy is not None:
+            acting_one.linearise(*poses)
+            columns = np.zeros((3 * COUNT, COUNT, 6))
+            for unit, out in zip(np.eye(3 * COUNT), columns, strict=True):
+                moves = np.zeros((COUNT, 6))
+                moves[:, :3] = unit.reshape(-1, 3)
+                acting_one.add_product(moves, out)
+            matrix = columns[:, :, :3].reshape(3 * COUNT, 3 * COUNT)
+            assert matrix == pytest.approx(matrix.T, rel=1e-10, abs=1e-10 * np.abs(matrix).max())
+
+
+@each_evaluated
+def test_what_is_absent_is_not_there(effect):
+    """A scene with a zero in the place of the effect has the same model as one without it."""
+    with Borrowed(effect):
+        scene = make(effect.example)
+        zero, bare = Model(effect.without(scene)), Model(make())
+        if effect.name in ("stretch", "shear", "twist", "bend"):
+            assert effect.name not in zero.elasticity.terms
+        elif effect.name not in ("finite size", "reach", "strain"):
+            assert zero.effects == bare.effects
+            assert (zero.reach, zero.is_banded) == (bare.reach, bare.is_banded)
+        assert effect not in zero.effects
+
+
+def test_an_effect_of_ones_own_runs_is_written_and_resumed(spring, tmp_path):
+    assert spring in effects()
+    scene = make(spring.example, elasticity={"stretch": 0.0, "shear": 0.0})
+    trajectory = nrchain.simulate(scene, output=tmp_path / "run.h5")
+    assert trajectory.status == "completed"
+    decay = np.exp(-2.0 / scene.drag.translation)
+    anchor = np.array([1.0, 2.0, 3.0])
+    expected = anchor + decay * (trajectory.positions[0] - anchor)
+    assert trajectory.positions[-1] == pytest.approx(expected, abs=1e-5)
+    assert ("spring", "stiffness 2, anchor [1, 2, 3]") in nrchain.describe(scene).simulated
+    found = nrchain.contributions(scene, trajectory.positions[0], trajectory.frames[0])
+    assert found["spring"].wrench[0] == pytest.approx([2.0, 4.0, 6.0, 0, 0, 0])
+    assert nrchain.Trajectory.open(tmp_path / "run.h5").scene == scene
+    nrchain.unregister_effect(spring)
+    with pytest.raises(TrajectoryError, match="spring"):
+        nrchain.Trajectory.open(tmp_path / "run.h5")
+    with pytest.raises(SceneError, match="not a known key"):
+        make({"spring.stiffness": 1.0})
+    nrchain.register_effect(spring)
+
+
+def test_keys_of_an_effect_of_ones_own_are_checked(spring):
+    with pytest.raises(SceneError, match=r"spring\.stiffness = -1: .* at least 0"):
+        make({"spring.stiffness": -1})
+    with pytest.raises(SceneError, match=r"spring\.stifness .* did you mean 'stiffness'"):
+        make({"spring.stifness": 1})
+    with pytest.raises(SceneError, match="net force"):
+        make(spring.example, **{"chain.ends": "periodic", "friction": "pairwise"})
+    assert make({"spring.anchor": [1, 0, 0]}).spring.anchor == (1.0, 0.0, 0.0)
+    assert make().spring == SpringSpec()
+    with pytest.raises(SceneError, match="no plane waves"):
+        nrchain.lattice_rates(make(spring.example), [0.1])
+
+
+class Nameless(Effect):
+    Section = SpringSpec
+
+
+class Unmoved(Effect):
+    name, summary, equation, Section = "unmoved", "nothing", "0", SpringSpec
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunAgain(Section):
+    path: ClassVar[str] = "run"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Demanding(Section):
+    path: ClassVar[str] = "demanding"
+    strength: Annotated[float, number()]
+
+
+@pytest.mark.parametrize(
+    ("effect", "message"),
+    [
+        (5, "derived from nrchain.Effect"),
+        (Nameless, "name"),
+        (Unmoved, "add_wrenches"),
+        (type("A", (Spring,), {"Section": RunAgain}), "keys that every scene has"),
+        (type("B", (Spring,), {"Section": Demanding}), "default for each key"),
+        (type("C", (Spring,), {"Section": None}), "section that calls for it"),
+        (type("D", (Spring,), {"name": "bend"}), "taken by another effect"),
+        (type("E", (Spring,), {"gives": "mobility"}), "wrench, twist"),
+    ],
+)
+def test_what_is_no_effect_is_refused(effect, message):
+    before = effects()
+    with pytest.raises(SceneError, match=message):
+        nrchain.register_effect(effect)
+    assert effects() == before
+
+
+def test_the_order_of_the_list():
+    assert [e.name for e in effects()][:5] == ["stretch", "shear", "twist", "bend", "slip 2s"]
