@@ -271,11 +271,7 @@ class ChartedChain:
         return near + (self._origin + self.drift * (time - self.time)), frames
 
     def _poses_near(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """As :meth:`poses`, with positions about an origin that drifts with the base.
-
-        What acts between spheres depends on differences of positions, which lose their digits far
-        from the origin of the lab: a chain would swim until rounding strained its links.
-        """
+        """As :meth:`poses`, with positions about an origin that drifts with the base."""
         _poses(
             y,
             self.order,
@@ -286,6 +282,14 @@ class ChartedChain:
             self._frames,
         )
         return self._positions, self._frames
+
+    def _poses_of_model(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Poses as the model takes them: about the drifting origin, unless it asks for the lab.
+
+        What acts between spheres depends on differences of positions, which lose their digits far
+        from the origin of the lab: a chain would swim until rounding strained its links.
+        """
+        return self.poses(time, y) if self.model.needs_places else self._poses_near(time, y)
 
     def _motion(self):
         return (
@@ -301,14 +305,14 @@ class ChartedChain:
     def rates(self, time: float, y: np.ndarray, out: np.ndarray) -> None:
         """out = ẏ."""
         self.evaluations += 1
-        positions, frames = self._poses_near(time, y)
+        positions, frames = self._poses_of_model(time, y)
         self.model.twists(positions, frames, self._twists)
         _rates(y, *self._motion(), out)
 
     def linearise(self, time: float, y: np.ndarray) -> None:
         """Take the Jacobian at (time, y) for ``product``, ``factorise`` and ``jacobian``."""
         self.jacobians += 1
-        positions, frames = self._poses_near(time, y)
+        positions, frames = self._poses_of_model(time, y)
         self.model.twists(positions, frames, self._twists)
         _tangents(y, *self._motion(), self._maps)
         self._e1_there = frames[:, 0].copy()

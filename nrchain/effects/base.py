@@ -188,7 +188,7 @@ class Effect:
 
 
 @cache
-def default_section(kind: type[Section]) -> Section:
+def default_section(kind: Any) -> Section:
     """The section of a scene that names none of its keys."""
     return kind()
 
