@@ -21,7 +21,7 @@ import numpy as np
 from nrchain._compile import kernel
 from nrchain.effects.cosserat import REACH, Elasticity
 from nrchain.effects.link import add_block_product
-from nrchain.effects.registry import acting, is_built_in
+from nrchain.effects.registry import acting
 from nrchain.effects.slip import make_flow
 
 if TYPE_CHECKING:
@@ -63,8 +63,7 @@ class Model:
     is_banded
         Whether those blocks are the whole derivative; if not, :meth:`add_product` is.
     needs_places
-        Whether anything that acts depends on where in the lab the chain is, or may: only effects
-        of this package are known to be covariant.
+        Whether anything that acts depends on where in the lab the chain is.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -90,7 +89,7 @@ class Model:
         self.reach = max(
             REACH if self.elasticity else 0, slip_reach, *(p for p in places if p is not None), 1
         )
-        self.needs_places = not all(effect.covariant and is_built_in(effect) for effect in further)
+        self.needs_places = any(effect.placed for effect in further)
         slip_is_near = not self.slip or self.slip.reach <= self.reach
         self.is_banded = slip_is_near and self.friction is None and None not in places
         if not self.is_banded:

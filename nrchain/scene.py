@@ -260,7 +260,15 @@ class Scene(Section):
         for name, value in further.items():
             if section_kind(name) is None:
                 known = [name for name in own if name != "effects"]
-                raise unknown(name, value, [*known, *section_kinds()], cls.spellings())
+                refusal = unknown(name, value, [*known, *section_kinds()], cls.spellings())
+                if isinstance(value, Mapping):
+                    allowed = (
+                        f"{refusal.allowed}. An effect of one's own must be registered again, with"
+                        " nrchain.register_effect, in every process before a scene or a trajectory"
+                        " that names it is opened"
+                    )
+                    raise SceneError(name, value, allowed)
+                raise refusal
         given = {name: value for name, value in table.items() if name in own and value is not None}
         effects = {**(given.pop("effects", None) or {}), **further}
         return super(Scene, cls).from_mapping(given | {"effects": effects})

@@ -48,7 +48,7 @@ def register_effect(cls: Registered) -> Registered:
         _check_section(cls)
         if "key" not in vars(cls):
             cls.key = cls.Section.path
-    if is_built_in(cls):
+    if cls.__module__.startswith(f"{nrchain.effects.__name__}."):
         _EFFECTS[cls.name] = cls
         return cls
     _check_methods(cls)
@@ -56,11 +56,6 @@ def register_effect(cls: Registered) -> Registered:
         raise SceneError("effect name", cls.name, "is taken by another effect; choose a new one")
     _EFFECTS[cls.name] = cls
     return cls
-
-
-def is_built_in(effect: type[Effect] | Effect) -> bool:
-    """Whether an effect is one of this package's own."""
-    return effect.__module__.startswith(f"{nrchain.effects.__name__}.")
 
 
 def register_family(name: str, members: Callable[[], Iterable[type[Effect]]]) -> None:
