@@ -143,7 +143,9 @@ class Scene(Section):
         from nrchain.effects.base import default_section
         from nrchain.effects.registry import section_kind
 
-        kind = None if name.startswith("_") or name in type(self).rules() else section_kind(name)
+        kind: Any = None
+        if not name.startswith("_") and name not in type(self).rules():
+            kind = section_kind(name)
         if kind is None:
             raise AttributeError(f"a scene has no {name!r}")
         return self.effects.get(name) or default_section(kind)

@@ -97,8 +97,8 @@ class Effect:
     @classmethod
     def section(cls, scene: Scene) -> Any:
         """The section of the effect in a scene, or the default one."""
-        assert cls.Section is not None
-        return scene.effects.get(cls.Section.path) or default_section(cls.Section)
+        kind: Any = cls.Section
+        return scene.effects.get(kind.path) or default_section(kind)
 
     @classmethod
     def acts(cls, scene: Scene) -> bool:
