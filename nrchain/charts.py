@@ -28,7 +28,7 @@ TURN_LIMIT = 2.0
 
 
 @kernel
-def _poses(y, order, base_positions, base_frames, angle, offset, positions, frames):
+def _poses(y, order, base_positions, base_frames, angle, positions, frames):
     cosine, sine = math.cos(angle), math.sin(angle)
     rotation, base = np.empty((3, 3)), np.empty((3, 3))
     for slot in range(order.shape[0]):
@@ -37,7 +37,7 @@ def _poses(y, order, base_positions, base_frames, angle, offset, positions, fram
         lie.half_inverse(theta, rho, positions[i])
         lie.cayley(theta, rotation)
         for k in range(3):
-            positions[i, k] += base_positions[i, k] + offset[k]
+            positions[i, k] += base_positions[i, k]
             base[0, k] = base_frames[i, 0, k]
             base[1, k] = cosine * base_frames[i, 1, k] + sine * base_frames[i, 2, k]
             base[2, k] = cosine * base_frames[i, 2, k] - sine * base_frames[i, 1, k]
@@ -51,31 +51,31 @@ def _poses(y, order, base_positions, base_frames, angle, offset, positions, fram
 
 
 @kernel
-def _relative(i, base_positions, offset, drift, spin, positions, frames, twists, local):
+def _relative(i, base_positions, drift, spin, positions, frames, twists, local):
     """local rows: p = r − r⁰(t), v − V and ω − Ω e₁ of sphere i."""
     for k in range(3):
-        local[0, k] = positions[i, k] - base_positions[i, k] - offset[k]
+        local[0, k] = positions[i, k] - base_positions[i, k]
         local[1, k] = twists[i, k] - drift[k]
         local[2, k] = twists[i, 3 + k] - spin * frames[i, 0, k]
 
 
 @kernel
-def _rates(y, order, base_positions, offset, drift, spin, positions, frames, twists, out):
+def _rates(y, order, base_positions, drift, spin, positions, frames, twists, out):
     local = np.empty((3, 3))
     for slot in range(order.shape[0]):
         i = order[slot]
-        _relative(i, base_positions, offset, drift, spin, positions, frames, twists, local)
+        _relative(i, base_positions, drift, spin, positions, frames, twists, local)
         theta = y[6 * slot + 3 : 6 * slot + 6]
         lie.rate(theta, local[0], local[1], local[2], out[6 * slot : 6 * slot + 6])
 
 
 @kernel
-def _tangents(y, order, base_positions, offset, drift, spin, positions, frames, twists, maps):
+def _tangents(y, order, base_positions, drift, spin, positions, frames, twists, maps):
     """maps[i] = T, T⁻¹ and ∂(T⁻¹)·(twist) of every sphere with coordinates."""
     local, rate = np.empty((3, 3)), np.empty(6)
     for slot in range(order.shape[0]):
         i = order[slot]
-        _relative(i, base_positions, offset, drift, spin, positions, frames, twists, local)
+        _relative(i, base_positions, drift, spin, positions, frames, twists, local)
         theta = y[6 * slot + 3 : 6 * slot + 6]
         lie.tangent(theta, local[0], maps[i, 0])
         lie.inverse_tangent(theta, local[0], maps[i, 1])
@@ -242,7 +242,12 @@ class ChartedChain:
         self.time, self.drift, self.spin = float(time), np.array(drift, float), float(spin)
         self.base_positions = np.array(positions, float)
         self.base_frames = np.array(frames, float)
-        self._positions[:], self._frames[:] = positions, frames
+        # clamped spheres go nowhere, and stay where they are to the last bit
+        self._origin = np.zeros(3)
+        if not self.model.held.any():
+            self._origin = self.base_positions.mean(axis=0)
+        self._near = self.base_positions - self._origin
+        self._positions[:], self._frames[:] = self._near, frames
 
     def rebase(self, time: float, positions: np.ndarray, frames: np.ndarray) -> None:
         """As :meth:`set_base`, with the mean drift and spin that slip, fields and flows give now.
@@ -261,26 +266,35 @@ class ChartedChain:
         self.set_base(time, positions, frames, drift, spin)
 
     def poses(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Positions (N, 3) and frames (N, 3, 3) at coordinates y; overwritten by the next call."""
-        elapsed = time - self.time
-        self._offset = self.drift * elapsed
+        """Positions (N, 3) and frames (N, 3, 3) at coordinates y; frames may be overwritten."""
+        near, frames = self._poses_near(time, y)
+        return near + (self._origin + self.drift * (time - self.time)), frames
+
+    def _poses_near(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """As :meth:`poses`, with positions about an origin that drifts with the base."""
         _poses(
             y,
             self.order,
-            self.base_positions,
+            self._near,
             self.base_frames,
-            self.spin * elapsed,
-            self._offset,
+            self.spin * (time - self.time),
             self._positions,
             self._frames,
         )
         return self._positions, self._frames
 
+    def _poses_of_model(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Poses as the model takes them: about the drifting origin, unless it asks for the lab.
+
+        What acts between spheres depends on differences of positions, which lose their digits far
+        from the origin of the lab: a chain would swim until rounding strained its links.
+        """
+        return self.poses(time, y) if self.model.needs_places else self._poses_near(time, y)
+
     def _motion(self):
         return (
             self.order,
-            self.base_positions,
-            self._offset,
+            self._near,
             self.drift,
             self.spin,
             self._positions,
@@ -291,14 +305,14 @@ class ChartedChain:
     def rates(self, time: float, y: np.ndarray, out: np.ndarray) -> None:
         """out = ẏ."""
         self.evaluations += 1
-        positions, frames = self.poses(time, y)
+        positions, frames = self._poses_of_model(time, y)
         self.model.twists(positions, frames, self._twists)
         _rates(y, *self._motion(), out)
 
     def linearise(self, time: float, y: np.ndarray) -> None:
         """Take the Jacobian at (time, y) for ``product``, ``factorise`` and ``jacobian``."""
         self.jacobians += 1
-        positions, frames = self.poses(time, y)
+        positions, frames = self._poses_of_model(time, y)
         self.model.twists(positions, frames, self._twists)
         _tangents(y, *self._motion(), self._maps)
         self._e1_there = frames[:, 0].copy()
@@ -367,6 +381,10 @@ class ChartedChain:
         for unit, column in zip(np.eye(self.dimension), columns, strict=True):
             self.product(unit, column)
         return columns.T
+
+    def largest_shift(self, y: np.ndarray) -> float:
+        """max |ρ|, component by component: how far the chain has come from its base."""
+        return float(np.abs(y.reshape(-1, 6)[:, :3]).max())
 
     def largest_turn(self, y: np.ndarray) -> float:
         """max |θ|, to be compared with :data:`TURN_LIMIT`."""

@@ -62,6 +62,8 @@ class Model:
         Number of places w along the chain over which :meth:`linearise` gives blocks.
     is_banded
         Whether those blocks are the whole derivative; if not, :meth:`add_product` is.
+    needs_places
+        Whether anything that acts depends on where in the lab the chain is.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -87,6 +89,7 @@ class Model:
         self.reach = max(
             REACH if self.elasticity else 0, slip_reach, *(p for p in places if p is not None), 1
         )
+        self.needs_places = any(effect.placed for effect in further)
         slip_is_near = not self.slip or self.slip.reach <= self.reach
         self.is_banded = slip_is_near and self.friction is None and None not in places
         if not self.is_banded:

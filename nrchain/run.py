@@ -38,6 +38,10 @@ RESTART_STEPS = 2000
 STALLED = 1e-9
 """Less progress than this part of the run in :data:`RESTART_STEPS` steps: it will not get there."""
 
+SHIFT_LIMIT = 1e3
+"""Lengths of the chain by which it may outrun the drift of its base: a fresh one knows it better,
+and coordinates that have become large lose the digits of what happens between the spheres."""
+
 CHART_LIMIT = 2e3
 """|θ| = 2 tan(α/2) at which a chart is no longer to be trusted: 1e-3 rad from a half turn."""
 
@@ -137,20 +141,23 @@ class _Run:
             self.fresh_steps += 1
             if reached == self.time:
                 raise IntegrationError("steps have become too small to advance the time")
+            y = self.integrator.at(reached)
+            turned = self.chain.largest_turn(y)
+            if turned > CHART_LIMIT:
+                # before anything in this step is recorded: its poses mean nothing
+                raise Stop(Cause.CHART, self.time, "a step has turned a sphere by a half turn")
             self._go_over(reached)
             if self.next == len(self.times):
                 break
-            turned = self.chain.largest_turn(self.integrator.at(reached))
-            if not turned < CHART_LIMIT:
-                raise Stop(Cause.CHART, self.time, "a step has turned a sphere by a half turn")
             if self.fresh_steps >= RESTART_STEPS and self._stalled():
                 raise IntegrationError(
                     f"{RESTART_STEPS} steps advanced the time by {self.time - self.restarted:.3g}"
                 )
-            if turned > TURN_LIMIT or self.fresh_steps >= RESTART_STEPS:
+            far = self.chain.largest_shift(y) > SHIFT_LIMIT * self.scene.length
+            if far or turned > TURN_LIMIT or self.fresh_steps >= RESTART_STEPS:
                 self.chain.rebase(self.time, self.positions, self.frames)
-                self._checkpoint()
                 self.restarts += 1
+                self._checkpoint()
                 self.integrator.start(self.time, still)
 
     def _keep_to_budget(self) -> None:

@@ -153,7 +153,9 @@ class Scene(Section):
         from nrchain.effects.base import default_section
         from nrchain.effects.registry import section_kind
 
-        kind = None if name.startswith("_") or name in type(self).rules() else section_kind(name)
+        kind: Any = None
+        if not name.startswith("_") and name not in type(self).rules():
+            kind = section_kind(name)
         if kind is None:
             raise AttributeError(f"a scene has no {name!r}")
         return self.further.get(name) or default_section(kind)
@@ -289,7 +291,15 @@ class Scene(Section):
         further = {name: value for name, value in table.items() if name not in own}
         for name, value in further.items():
             if section_kind(name) is None:
-                raise unknown(name, value, [*own, *section_kinds()], cls.spellings())
+                refusal = unknown(name, value, [*own, *section_kinds()], cls.spellings())
+                if isinstance(value, Mapping):
+                    allowed = (
+                        f"{refusal.allowed}. An effect of one's own must be registered again, with"
+                        " nrchain.register_effect, in every process before a scene or a trajectory"
+                        " that names it is opened"
+                    )
+                    raise SceneError(name, value, allowed)
+                raise refusal
         given = {name: value for name, value in table.items() if name in own and value is not None}
         return super(Scene, cls).from_mapping(given | {"further": further})
 

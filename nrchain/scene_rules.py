@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import functools
 import math
 import sys
 from collections.abc import Callable, Iterable, Mapping
@@ -170,6 +171,7 @@ class Section:
         """Refuse what no single key shows to be wrong."""
 
     @classmethod
+    @functools.cache
     def rules(cls) -> dict[str, Rule]:
         """The rule of every field, in the order of the fields."""
         kind: Any = cls

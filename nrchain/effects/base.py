@@ -10,7 +10,6 @@ decompositions and tests.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -62,6 +61,9 @@ class Effect:
         Changes to a scene that call for it: what the tests of all effects run it with.
     covariant
         Whether a chain that is moved and turned as a whole takes what it feels along.
+    placed
+        Whether it depends on where in the lab a sphere is, and not only on differences of
+        positions, which keep their digits however far a chain swims.
     carries
         Whether it may carry or spin the chain as a whole, so that charts had better move with it.
     fused
@@ -80,6 +82,7 @@ class Effect:
     Section: ClassVar[type[Section] | None] = None
     example: ClassVar[Mapping[str, Any]] = {}
     covariant: ClassVar[bool] = True
+    placed: ClassVar[bool] = True
     carries: ClassVar[bool] = False
     fused: ClassVar[bool] = False
     places: int | None = None
@@ -94,8 +97,8 @@ class Effect:
     @classmethod
     def section(cls, scene: Scene) -> Any:
         """The section of the effect in a scene, or the default one."""
-        assert cls.Section is not None
-        return scene.further.get(cls.Section.path) or default_section(cls.Section)
+        kind: Any = cls.Section
+        return scene.further.get(kind.path) or default_section(kind)
 
     @classmethod
     def acts(cls, scene: Scene) -> bool:
@@ -187,14 +190,14 @@ class Effect:
     """``energy(positions, frames)`` is V of an effect with F = −∂V/∂r and T = −∂V/∂φ, if any."""
 
 
-def default_section(kind: Any) -> Any:
-    """The section of a scene that names none of its keys."""
-    return _default_section(kind)
+_DEFAULTS: dict[type[Section], Section] = {}
 
 
-@cache
-def _default_section(kind: Any) -> Any:
-    return kind()
+def default_section(kind: type[Section]) -> Section:
+    """The section of a scene that names none of its keys, made once."""
+    if kind not in _DEFAULTS:
+        _DEFAULTS[kind] = kind()
+    return _DEFAULTS[kind]
 
 
 class OneBodyEffect(Effect):

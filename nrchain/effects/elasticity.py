@@ -20,6 +20,7 @@ class ElasticTerm(Effect):
 
     absence = "modulus 0"
     fused = True
+    placed = False
 
     def __init__(self, scene: Scene) -> None:
         from nrchain.effects.cosserat import REACH, Elasticity, terms_of

@@ -65,6 +65,7 @@ class Field(OneBodyEffect):
         }
     }
     covariant = False
+    placed = False
     carries = True
 
     def __init__(self, scene: Scene) -> None:

@@ -114,6 +114,7 @@ class FlowEffect(Effect):
     """The difference of two slip flows, ``self._flows``: (sign, flow) each, with its derivative."""
 
     gives = "twist"
+    placed = False
     carries = True
     fused = True
 

@@ -223,6 +223,7 @@ class Steric(Effect):
     equation = "V = Σ_{i<j} φ(|r_i − r_j|), for r < c"
     Section = StericSpec
     example = {"steric": {"kind": "harmonic", "strength": 100.0, "range": 3.0}}  # noqa: RUF012
+    placed = False
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)

@@ -141,6 +141,7 @@ class Strain(Effect):
     gives = "twist"
     example = Flow.example
     covariant = False
+    placed = False
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)

@@ -9,11 +9,18 @@ case. Hindmarsh et al., ACM TOMS 31 (2005) 363.
 
 from __future__ import annotations
 
+import io
+import os
+from contextlib import redirect_stdout
+
 import numpy as np
 from sksundae.cvode import CVODE, CVODEJacTimes, CVODEPrecond
 
 from nrchain.charts import ChartedChain
 from nrchain.integrators.base import IntegrationError, Integrator, NotFinite
+
+# SUNDIALS warns of steps that no longer advance the time, of which a run knows by itself
+os.environ.setdefault("SUNLOGGER_WARNING_FILENAME", os.devnull)
 
 KRYLOV_DIMENSION = 20
 """Upper bound on the iterations of one linear solve."""
@@ -63,9 +70,12 @@ class Cvode(Integrator):
 
     def step(self) -> float:
         self._return_to_end()
-        result = self._solver.step(self.end, method="onestep")
+        # the wrapper prints why a step failed: that belongs into the reason
+        with redirect_stdout(io.StringIO()) as printed:
+            result = self._solver.step(self.end, method="onestep")
         if not result.success:
-            raise IntegrationError(f"{result.message} (t = {result.t:.6g})")
+            told = printed.getvalue().partition("] ")[2].strip()
+            raise IntegrationError(told or f"{result.message} (t = {result.t:.6g})")
         self.steps += 1
         self._reached = float(result.t), result.y
         return self._reached[0]
