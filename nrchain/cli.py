@@ -189,11 +189,13 @@ def plan(
     console = _console()
     console.print(table)
     effects = plan_effects(what)
-    table = _table(*COLUMNS)
+    table = _table()
+    for name in COLUMNS:
+        table.add_column(name, justify="left" if name == COLUMNS[0] else "right", no_wrap=True)
     for row in effects.rows():
         table.add_row(*row)
     console.print(table)
-    for text in effects.notes():
+    for text in (*effects.remarks(), *effects.notes()):
         console.print(text, soft_wrap=True)
     _warn(what, found.warnings)
 

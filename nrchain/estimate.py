@@ -84,9 +84,14 @@ class Estimate:
     stops: str
 
     @property
+    def is_probed(self) -> bool:
+        """Whether the probe followed both runs to the time they are estimated for."""
+        return self.probed >= self.until
+
+    @property
     def source(self) -> str:
         """How ``displacement`` was made."""
-        if self.probed >= self.until:
+        if self.is_probed:
             return "probe"
         return f"probe to t = {self.probed:.3g}, carried on"
 

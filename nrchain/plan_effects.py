@@ -26,7 +26,7 @@ ORDER = 0.175
 REPEATS, LEAST = 8, 4e-3
 """Each right-hand side is timed so often, for at least so many seconds; the fastest counts."""
 
-COLUMNS = ("effect", "", "velocity", "growth", "end state", "turned", "time", "how")
+COLUMNS = ("effect", "velocity", "growth", "end", "turned", "time")
 """What :meth:`EffectPlan.rows` has in its columns."""
 
 
@@ -54,10 +54,18 @@ class EffectPlan:
     probe: float
 
     def rows(self) -> list[tuple[str, ...]]:
-        """One row an effect, in the columns of :data:`COLUMNS`."""
+        """One row an effect, in the columns of :data:`COLUMNS`; those with + are left out."""
         return [
             _row(one, self.own, other)
             for one, other in zip(self.estimates.estimates, self.others, strict=True)
+        ]
+
+    def remarks(self) -> list[str]:
+        """How numbers were come by that are not those of a probe to the end."""
+        return [
+            f"{_name(one)}: {one.stops or one.source}"
+            for one in self.estimates.estimates
+            if one.stops or not one.is_probed
         ]
 
     def notes(self) -> list[str]:
@@ -69,10 +77,11 @@ class EffectPlan:
             else f"growth: part of the rate at which bending of q = {wave:.3g} grows"
         )
         return [
+            "+ marks effects that the scene leaves out, and what they would bring",
             "velocity: largest change of a velocity or spin, in radii or radians per unit time, at "
             "the start and at most on the way",
             growth,
-            "end state: how far a sphere ends, in radii, from where it would with the change; "
+            "end: how far a sphere ends, in radii, from where it would with the change; "
             "turned: its frame, in radians",
             "time: part of a right-hand side that the effect takes, or would add",
             f"the probe, at tolerance {PROBE_TOLERANCE:g} to t = {self.estimates.probed:.4g}, took "
@@ -135,15 +144,23 @@ def _evaluation(scene: Scene) -> Callable[[], None]:
 
 def _row(one: Estimate, own: float, other: float) -> tuple[str, ...]:
     drop = one.change.kind == "drop"
-    growth = "" if one.growth is None else f"{one.growth:+.2e}"
+    growth = "" if one.growth is None else _short(one.growth)
     share = (own - other) / own if drop and own else (other - own) / own if own else 0.0
     return (
-        one.change.effect,
-        "simulated" if drop else "left out",
-        f"{one.velocity:.2g} … {one.velocity_along:.2g}",
+        _name(one),
+        f"{one.velocity:.2g}–{one.velocity_along:.2g}",
         growth,
         f"{one.displacement:.3g} a",
         f"{one.turn:.2g}",
         f"{100.0 * share:+.0f} %",
-        one.stops or one.source,
     )
+
+
+def _short(value: float) -> str:
+    """Two digits, and an exponent without its zeros."""
+    digits, exponent = f"{value:+.1e}".split("e")
+    return f"{digits}e{int(exponent)}" if value else "0"
+
+
+def _name(one: Estimate) -> str:
+    return one.change.effect if one.change.kind == "drop" else f"+ {one.change.effect}"

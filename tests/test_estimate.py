@@ -69,5 +69,5 @@ def test_a_difference_is_carried_on_by_its_own_law():
 def test_a_table_of_effects_has_a_cell_for_every_column():
     effects = plan_effects(nrchain.load_scene("passive", **{"run.end": 1.0}))
     assert all(len(row) == len(COLUMNS) for row in effects.rows())
-    assert {row[0] for row in effects.rows()} > {"stretch", "friction between spheres"}
+    assert {row[0] for row in effects.rows()} > {"stretch", "+ friction between spheres"}
     assert any("tolerance 3e-05" in note for note in effects.notes())
