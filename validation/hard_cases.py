@@ -22,7 +22,7 @@ from validation import hard_charts, hard_costs, hard_processes
 from validation.hard_agreement import LEEWAY, Agreement, agreement, nudge
 from validation.hard_fuzz import NOT_RUN, fuzz
 from validation.hard_gallery import COMPLETED, GALLERY, REFUSED, Case
-from validation.hard_outputs import GOES_ON
+from validation.hard_outputs import GOES_ON, NOT_TRIED
 from validation.recorder import Recorder
 
 ORTHONORMAL = 1e-12
@@ -226,6 +226,8 @@ def _outputs(recorder: Recorder) -> None:
         "outputs", ["what is wrong", "what is said"], answers.items(), "Outputs and inputs."
     )
     for name, told in answers.items():
+        if told == NOT_TRIED:
+            continue
         fine = told == COMPLETED if name in GOES_ON else "\n" not in told and ": " in told
         recorder.bound(f"{name}: ends well", float(fine), least=1.0, source=told)
 

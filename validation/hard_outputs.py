@@ -7,21 +7,21 @@ files stands in for the full disk, and the name of the case says so.
 
 from __future__ import annotations
 
-import os
 import resource
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 from nrchain import NrchainError, Scene, Trajectory, load_scene, resume, simulate
+from validation.hard_permissions import permissions_bind
 
 DISK = 256 * 1024
 """Bytes of the small disk."""
 
-NOBODY = 65534
+NOT_TRIED = "not tried: permissions bind nobody here"
+"""In place of an answer, where root cannot lay down what lets it pass them by."""
 
 GOES_ON = ("a disk that fills up during the run",)
 """Cases that complete: the whole file is there before a run begins."""
@@ -64,36 +64,33 @@ def plain(place: str) -> dict[str, str]:
         "an empty file": lambda: _open(folder / "empty.h5", b""),
     }
     answers = {name: told(attempt) for name, attempt in found.items()}
-    with _unprivileged(folder):
-        whole.chmod(0o444)
-        answers["a file that may only be read"] = told(
-            lambda: simulate(scene_of(5), output=whole, overwrite=True)
-        )
-        stopped = folder / "stopped.h5"
-        simulate(load_scene(scene_of(5), **{"run.max_steps": 3}), output=stopped)
-        stopped.chmod(0o444)
-        answers["a run to resume that may only be read"] = told(lambda: resume(stopped))
-        folder.chmod(0o555)
-        answers["a directory that may only be read"] = told(
-            lambda: simulate(scene_of(5), output=folder / "x.h5")
-        )
-        folder.chmod(0o755)
+    answers |= _protected(folder, whole)
     return {name: text.replace(place, "…") for name, text in answers.items()}
 
 
-@contextmanager
-def _unprivileged(folder: Path) -> Iterator[None]:
-    """As somebody whom permissions bind, and to whom ``folder`` belongs; root is not bound."""
-    if os.geteuid() != 0:
-        yield
-        return
-    for path in (folder, *folder.iterdir()):
-        os.chown(path, NOBODY, -1)
-    os.seteuid(NOBODY)
-    try:
-        yield
-    finally:
-        os.seteuid(0)
+def _protected(folder: Path, whole: Path) -> dict[str, str]:
+    """What permissions forbid, to a user whom they bind."""
+    scene, stopped = scene_of(5), folder / "stopped.h5"
+    simulate(load_scene(scene, **{"run.max_steps": 3}), output=stopped)
+    attempts = {
+        "a file that may only be read": (
+            whole,
+            lambda: simulate(scene, output=whole, overwrite=True),
+        ),
+        "a run to resume that may only be read": (stopped, lambda: resume(stopped)),
+        "a directory that may only be read": (
+            folder,
+            lambda: simulate(scene, output=folder / "x.h5"),
+        ),
+    }
+    answers = {}
+    with permissions_bind(folder) as bound:
+        for name, (path, attempt) in attempts.items():
+            mode = path.stat().st_mode
+            path.chmod(0o555 if path.is_dir() else 0o444)
+            answers[name] = told(attempt) if bound else NOT_TRIED
+            path.chmod(mode)
+    return answers
 
 
 def _removed(path: Path) -> Trajectory:

@@ -64,8 +64,6 @@ def digests(scene: Scene, threads: tuple[int, ...]) -> set[str]:
 def outputs() -> dict[str, str]:
     """Cases of outputs that cannot be written or read, and the line that each came to."""
     with tempfile.TemporaryDirectory() as place:
-        # so that also somebody without the rights of its owner comes to what is in it
-        Path(place).chmod(0o755)
         plain, disk = Path(place, "plain"), Path(place, "disk")
         plain.mkdir()
         disk.mkdir()
