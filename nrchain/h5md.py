@@ -22,7 +22,7 @@ import platform
 import re
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -30,6 +30,7 @@ from typing import Any
 import numpy as np
 
 from nrchain import __version__
+from nrchain.claim import Claim
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.outcome import Cause
 from nrchain.scene import Scene
@@ -87,26 +88,67 @@ def _version(package: str) -> str:
         return "not installed"
 
 
-def create(path: Path, scene: Scene, times: np.ndarray, choice: str = "") -> None:
+def create(
+    path: Path, scene: Scene, times: np.ndarray, choice: str = "", *, overwrite: bool = False
+) -> Claim:
     """Make the file of a run of ``scene`` with snapshots at ``times (T,)``, all of them empty.
 
-    The file appears under its name only once it is whole; an older one is replaced in that moment.
-    Raises :class:`~nrchain.errors.SceneError` for more snapshots than the disk has room for.
-    """
-    import h5py
+    The file appears under its name only once it is whole; an older one is replaced in that moment,
+    if ``overwrite`` is set. The claim on it is held from before its first byte, so that of several
+    runs begun at once one has it, and the others are refused.
 
+    Raises :class:`~nrchain.errors.SceneError` for more snapshots than the disk has room for, and
+    :class:`~nrchain.errors.TrajectoryError` for a file that exists or cannot be made.
+    """
+    _refuse_existing(path, overwrite)
     _refuse_more_than_fits(path, scene)
-    partial = path.with_name(path.name + ".partial")
     with refusing(path, "cannot be created"):
+        partial = path.with_name(path.name + ".partial")
+        claim = _claim_new(path, partial)
         try:
-            # Newer formats mark a file while it is written, and a killed run would leave it so.
-            with h5py.File(partial, "w", libver=("v108", "v110")) as file:
-                _describe(file, scene, choice)
-                _allocate(file, scene, times)
-            os.replace(partial, path)
+            # whoever had the claim before may just have finished
+            _refuse_existing(path, overwrite)
+            with _claim_old(path):
+                _fill(partial, scene, times, choice)
+                os.replace(partial, path)
         except BaseException:
             partial.unlink(missing_ok=True)
+            claim.release()
             raise
+    return claim
+
+
+def _refuse_existing(path: Path, overwrite: bool) -> None:
+    if path.exists() and not overwrite:
+        raise TrajectoryError(
+            f"{path}: exists; an existing result is only replaced with overwrite=True (--overwrite)"
+        )
+
+
+def _claim_new(path: Path, partial: Path) -> Claim:
+    try:
+        return Claim(partial, create=True)
+    except TrajectoryError as error:
+        raise TrajectoryError(f"{path}: another process is writing to it") from error
+
+
+def _claim_old(path: Path) -> AbstractContextManager[object]:
+    """The claim on a file about to be replaced: it must not be in use, or write-protected."""
+    try:
+        return Claim(path)
+    except FileNotFoundError:
+        return nullcontext()
+    except PermissionError as error:
+        raise TrajectoryError(f"{path}: exists, and is protected from being written to") from error
+
+
+def _fill(partial: Path, scene: Scene, times: np.ndarray, choice: str) -> None:
+    import h5py
+
+    # Newer formats mark a file while it is written, and a killed run would leave it so.
+    with h5py.File(partial, "w", libver=("v108", "v110"), locking=False) as file:
+        _describe(file, scene, choice)
+        _allocate(file, scene, times)
 
 
 def _refuse_more_than_fits(path: Path, scene: Scene) -> None:
@@ -238,26 +280,17 @@ def _empty(
 
 
 def open_file(path: Path, mode: str) -> Any:
-    """The open file of a run, to read ``"r"`` or to go on writing ``"r+"``.
+    """The open file of a run, to read ``"r"`` or, by whoever has the claim on it, to write ``"r+"``.
 
-    A file that is being written can be read, since its structure no longer changes; only one
-    process may write to it. Raises :class:`~nrchain.errors.TrajectoryError` for a file that is
-    missing, not HDF5, cut short, of another program, or busy.
+    A file that is being written can be read, since its structure no longer changes. Raises
+    :class:`~nrchain.errors.TrajectoryError` for a file that is not HDF5, cut short, or of another
+    program.
     """
     import h5py
 
-    if not path.exists():
-        raise TrajectoryError(f"{path}: there is no such trajectory")
+    refuse_missing(path)
     with refusing(path, "cannot be opened"):
-        # HDF5 turns an empty file that it may write to into one of its own.
-        if path.stat().st_size == 0:
-            raise TrajectoryError(f"{path}: it is empty")
-        try:
-            file = h5py.File(path, mode, locking="best-effort")
-        except BlockingIOError as error:
-            if mode != "r":
-                raise TrajectoryError(f"{path}: another process is writing to it") from error
-            file = h5py.File(path, mode, locking=False)
+        file = h5py.File(path, mode, locking=False)
     creator = file["h5md/creator"].attrs.get("name") if "h5md/creator" in file else None
     if creator != "nrchain" or COUNTS not in file:
         file.close()
@@ -265,15 +298,10 @@ def open_file(path: Path, mode: str) -> Any:
     return file
 
 
-def refuse_busy(path: Path) -> None:
-    """Raise if the file that is about to be replaced is being written to, or write-protected."""
-    import h5py
-
-    try:
-        h5py.File(path, "r+").close()
-    except BlockingIOError as error:
-        raise TrajectoryError(f"{path}: another process is writing to it") from error
-    except PermissionError as error:
-        raise TrajectoryError(f"{path}: exists, and is protected from being written to") from error
-    except OSError:
-        return
+def refuse_missing(path: Path) -> None:
+    """Raise for a file that is not there, or has nothing in it: HDF5 would make it one of its own."""
+    with refusing(path, "cannot be opened"):
+        if not path.exists():
+            raise TrajectoryError(f"{path}: there is no such trajectory")
+        if path.stat().st_size == 0:
+            raise TrajectoryError(f"{path}: it is empty")

@@ -19,6 +19,7 @@ import numpy as np
 
 from nrchain import h5md
 from nrchain.choice import Choice
+from nrchain.claim import Claim
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.h5md import COUNTERS
 from nrchain.outcome import Cause
@@ -138,33 +139,34 @@ class TrajectoryWriter:
         choice: Choice | None = None,
     ) -> None:
         path = h5md.locate(path)
-        if path.exists():
-            if not overwrite:
-                raise TrajectoryError(
-                    f"{path}: exists; an existing result is only replaced with overwrite=True "
-                    "(--overwrite)"
-                )
-            h5md.refuse_busy(path)
         told = choice.to_json() if choice else ""
-        h5md.create(path, scene, np.asarray(times, dtype=np.float64), told)
-        self._attach(path)
+        planned = np.asarray(times, dtype=np.float64)
+        self._attach(path, h5md.create(path, scene, planned, told, overwrite=overwrite))
 
     @classmethod
     def reopen(cls, path: str | Path) -> Self:
         """Go on with the file of a run that was killed or stopped, marking it as running again."""
         writer = cls.__new__(cls)
-        writer._attach(h5md.locate(path))
+        path = h5md.locate(path)
+        h5md.refuse_missing(path)
+        with h5md.refusing(path, "cannot be opened"):
+            claim = Claim(path)
+        writer._attach(path, claim)
         writer._set_status("running")
         return writer
 
-    def _attach(self, path: Path) -> None:
-        self.path = path
-        self._file = h5md.open_file(path, "r+")
+    def _attach(self, path: Path, claim: Claim) -> None:
+        self.path, self._claim = path, claim
         try:
-            with _understanding(path):
-                self._find_arrays()
-        except TrajectoryError:
-            self._file.close()
+            self._file = h5md.open_file(path, "r+")
+            try:
+                with _understanding(path):
+                    self._find_arrays()
+            except TrajectoryError:
+                self._file.close()
+                raise
+        except BaseException:
+            claim.release()
             raise
 
     def _find_arrays(self) -> None:
@@ -227,6 +229,7 @@ class TrajectoryWriter:
         if self._file and status is not None:
             self._set_status(status, reason, cause)
         self._file.close()
+        self._claim.release()
 
     def __enter__(self) -> Self:
         return self

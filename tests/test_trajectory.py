@@ -1,5 +1,6 @@
 """What a run writes is what is read back, whatever interrupts it."""
 
+import os
 import re
 import shutil
 import signal
@@ -150,6 +151,25 @@ def test_a_file_that_cannot_be_made_leaves_nothing(tmp_path, monkeypatch):
     with pytest.raises(TrajectoryError, match="No space left"):
         TrajectoryWriter(tmp_path, make_scene(), TIMES)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("overwrite", [False, True])
+def test_of_two_runs_begun_at_once_one_has_the_file(path, monkeypatch, overwrite):
+    replace = os.replace
+
+    def late(partial, target):
+        with pytest.raises(TrajectoryError, match="h5: another process is writing to it"):
+            TrajectoryWriter(path, make_scene(6), TIMES, overwrite=overwrite)
+        replace(partial, target)
+        with pytest.raises(TrajectoryError, match="another process is writing|exists"):
+            TrajectoryWriter(path, make_scene(6), TIMES, overwrite=overwrite)
+
+    monkeypatch.setattr(os, "replace", late)
+    with TrajectoryWriter(path, make_scene(), TIMES, overwrite=overwrite) as writer:
+        write(writer, 0)
+        writer.close("completed")
+    assert Trajectory.open(path).positions.shape == (1, 4, 3)
+    assert list(path.parent.iterdir()) == [path]
 
 
 def truncate(path):
