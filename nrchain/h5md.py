@@ -34,6 +34,7 @@ from nrchain.claim import Claim
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.outcome import Cause
 from nrchain.scene import Scene
+from nrchain.stored import understanding
 
 FILE_NAME = "trajectory.h5"
 
@@ -43,6 +44,7 @@ SCENE = "parameters/scene"
 CHOICE = "parameters/choice"
 EFFECTS = "parameters/effects"
 VERSIONS = "parameters/versions"
+OURS = "nrchain"
 PLANNED = "nrchain/times"
 COUNTS = "nrchain/counters"
 STATUS = "nrchain/status"
@@ -210,8 +212,6 @@ def _cause(error: Exception) -> str:
 
 
 def _describe(file: Any, scene: Scene, choice: str) -> None:
-    import h5py
-
     root = file.create_group("h5md")
     root.attrs["version"] = np.array([1, 1], dtype=np.int32)
     root.create_group("author").attrs["name"] = "not given"
@@ -227,18 +227,33 @@ def _describe(file: Any, scene: Scene, choice: str) -> None:
         # H5MD asks for an edge in every direction; those across the chain bound nothing.
         box.create_dataset("edges", data=np.full(3, scene.length))
 
-    from nrchain.effects.registry import acting
-
-    file.create_dataset(SCENE, data=scene.to_toml())
+    _write_text(file, SCENE, scene.to_toml())
     if choice:
-        file.create_dataset(CHOICE, data=choice)
-    names = [effect.name for effect in acting(scene)]
-    file.create_dataset(EFFECTS, data=names, dtype=h5py.string_dtype(), shape=(len(names),))
+        _write_text(file, CHOICE, choice)
+    _write_effects(file, scene)
     versions = file.create_group(VERSIONS)
     versions.attrs["nrchain"] = __version__
     versions.attrs["python"] = platform.python_version()
     for package in _RECORDED:
         versions.attrs[package] = _version(package)
+
+
+def _write_effects(file: Any, scene: Scene) -> None:
+    import h5py
+
+    from nrchain.effects.registry import acting
+
+    names = [effect.name.encode() for effect in acting(scene)]
+    # texts of any length lie in a heap without checksums, and HDF5 may never end in a damaged one
+    fixed = h5py.string_dtype(length=max(map(len, names), default=1))
+    file.create_dataset(EFFECTS, data=names, dtype=fixed, shape=(len(names),))
+
+
+def _write_text(file: Any, name: str, text: str) -> None:
+    import h5py
+
+    encoded = text.encode()
+    file.create_dataset(name, data=encoded, dtype=h5py.string_dtype(length=len(encoded)))
 
 
 def _allocate(file: Any, scene: Scene, times: np.ndarray) -> None:
@@ -280,7 +295,7 @@ def _empty(
 
 
 def open_file(path: Path, mode: str) -> Any:
-    """The open file of a run, to read ``"r"`` or, by whoever has the claim on it, to write ``"r+"``.
+    """The open file of a run, to read ``"r"`` or, for who has the claim on it, to write ``"r+"``.
 
     A file that is being written can be read, since its structure no longer changes. Raises
     :class:`~nrchain.errors.TrajectoryError` for a file that is not HDF5, cut short, or of another
@@ -291,15 +306,15 @@ def open_file(path: Path, mode: str) -> Any:
     refuse_missing(path)
     with refusing(path, "cannot be opened"):
         file = h5py.File(path, mode, locking=False)
-    creator = file["h5md/creator"].attrs.get("name") if "h5md/creator" in file else None
-    if creator != "nrchain" or COUNTS not in file:
-        file.close()
-        raise TrajectoryError(f"{path}: an HDF5 file, but not one written by nrchain")
-    return file
+    with understanding(path):
+        if OURS in file:
+            return file
+    file.close()
+    raise TrajectoryError(f"{path}: an HDF5 file, but not one written by nrchain")
 
 
 def refuse_missing(path: Path) -> None:
-    """Raise for a file that is not there, or has nothing in it: HDF5 would make it one of its own."""
+    """Raise for a file that is not there, or is empty: HDF5 would make that one of its own."""
     with refusing(path, "cannot be opened"):
         if not path.exists():
             raise TrajectoryError(f"{path}: there is no such trajectory")

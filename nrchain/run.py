@@ -17,9 +17,10 @@ from pathlib import Path
 
 import numpy as np
 
+from nrchain.arguments import rotations
 from nrchain.charts import TURN_LIMIT, ChartedChain
 from nrchain.choice import Choice, Watch
-from nrchain.errors import TrajectoryError
+from nrchain.errors import SceneError, TrajectoryError
 from nrchain.guard import Guard, Poses
 from nrchain.h5md import FILE_NAME
 from nrchain.integrators import find_integrator
@@ -29,7 +30,7 @@ from nrchain.model import Model
 from nrchain.outcome import Cause, Stop
 from nrchain.recording import Memory, Recorder
 from nrchain.scene import Scene
-from nrchain.start import starting_poses
+from nrchain.start import refuse_far, starting_poses
 from nrchain.trajectory import Checkpoint, Trajectory, TrajectoryWriter
 
 RESTART_STEPS = 2000
@@ -342,11 +343,26 @@ def resume(path: str | Path, *, progress: Callable[[Progress], None] | None = No
     begin = done.latest_checkpoint()
     if begin is None:
         raise TrajectoryError(f"{done.path}: was killed before it began; run its scene again")
+    _refuse_unsound(begin, done)
     with deferred() as interruption, TrajectoryWriter.reopen(path) as writer:
         repeated = done.counters["steps"]
         run = _Run(done.scene, writer, progress, interruption, begin, repeated, done.choice)
         _finish(writer, run.go())
     return Trajectory.open(path)
+
+
+def _refuse_unsound(begin: Checkpoint, done: Trajectory) -> None:
+    """Refuse a checkpoint that no run of this scene has written."""
+    times = snapshot_times(done.scene)
+    passed, snapshot = begin.time, begin.snapshot
+    where = f"{done.path}: damaged: its last checkpoint"
+    if not (0 < snapshot < len(times) and times[snapshot - 1] <= passed <= times[snapshot]):
+        raise TrajectoryError(f"{where} is at t = {passed:g}, before snapshot {snapshot}")
+    try:
+        rotations(begin.frames, done.scene.chain.particles)
+        refuse_far("positions", begin.positions)
+    except SceneError as error:
+        raise TrajectoryError(f"{where} cannot be used: {error}") from error
 
 
 def _finish(writer: TrajectoryWriter, stop: Stop | None) -> None:

@@ -48,10 +48,15 @@ def starting_poses(
 def _finite(key: str, given: np.ndarray | None, built: np.ndarray) -> np.ndarray:
     """A copy of the positions given, or of those built, if their squares are finite."""
     points = finite_array(key, built if given is None else given, built.shape).copy()
-    largest = np.abs(points).max()
+    refuse_far(key, points)
+    return points
+
+
+def refuse_far(key: str, positions: np.ndarray) -> None:
+    """Raise for a coordinate so large that its square is none of the floats."""
+    largest = np.abs(positions).max()
     if largest > LARGEST_COORDINATE:
         raise SceneError(key, float(largest), f"no coordinate may exceed {LARGEST_COORDINATE:g}")
-    return points
 
 
 def _refuse_size(scene: Scene) -> None:

@@ -8,8 +8,7 @@ on from.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -20,10 +19,11 @@ import numpy as np
 from nrchain import h5md
 from nrchain.choice import Choice
 from nrchain.claim import Claim
-from nrchain.errors import SceneError, TrajectoryError
+from nrchain.errors import TrajectoryError
 from nrchain.h5md import COUNTERS
 from nrchain.outcome import Cause
 from nrchain.scene import Scene
+from nrchain.stored import dataset, meaning, text, understanding
 
 __all__ = ["COUNTERS", "Checkpoint", "Trajectory", "TrajectoryWriter"]
 
@@ -101,15 +101,15 @@ class Trajectory:
         :class:`~nrchain.errors.TrajectoryError` for a file that is missing, damaged or not ours.
         """
         path = h5md.locate(path)
-        with h5md.open_file(path, "r") as file, _understanding(path):
+        with h5md.open_file(path, "r") as file, understanding(path):
             return cls(path=path, **_contents(file))
 
     def latest_checkpoint(self) -> Checkpoint | None:
         """Where the run can be taken up again; None if it is not on disk or has no checkpoint."""
         if self.path is None:
             return None
-        with h5md.open_file(self.path, "r") as file, _understanding(self.path):
-            return _latest_checkpoint(file)
+        with h5md.open_file(self.path, "r") as file, understanding(self.path):
+            return _latest_checkpoint(file, self.scene.chain.particles)
 
     def __repr__(self) -> str:
         reached = f"to t = {self.time[-1]:.6g}" if len(self.time) else "none finished"
@@ -160,7 +160,7 @@ class TrajectoryWriter:
         try:
             self._file = h5md.open_file(path, "r+")
             try:
-                with _understanding(path):
+                with understanding(path):
                     self._find_arrays()
             except TrajectoryError:
                 self._file.close()
@@ -171,14 +171,17 @@ class TrajectoryWriter:
 
     def _find_arrays(self) -> None:
         """Look up what every snapshot needs: on a small chain that costs as much as writing it."""
-        self.scene = _scene(self._file)
-        self.times: np.ndarray = self._file[h5md.PLANNED][()]
-        self._positions = self._file[f"{h5md.POSITION}/value"]
-        self._frames = self._file[f"{h5md.FRAME}/value"]
-        self._steps = self._file[f"{h5md.POSITION}/step"]
-        self._times = self._file[f"{h5md.POSITION}/time"]
+        file = self._file
+        self.scene = _scene(file)
+        count, any_number = self.scene.chain.particles, None
+        self.times: np.ndarray = dataset(file, h5md.PLANNED, (any_number,))[()]
+        snapshots = len(self.times)
+        self._positions = dataset(file, f"{h5md.POSITION}/value", (snapshots, count, 3))
+        self._frames = dataset(file, f"{h5md.FRAME}/value", (snapshots, count, 3, 3))
+        self._steps = dataset(file, f"{h5md.POSITION}/step", (snapshots,), "i")
+        self._times = dataset(file, f"{h5md.POSITION}/time", (snapshots,))
         self._finished = np.isfinite(self._times[()])
-        self._counts = self._file[h5md.COUNTS]
+        self._counts = dataset(file, h5md.COUNTS, (len(COUNTERS),))
         self._counters: dict[str, float] = _counters(self._counts[()])
 
     def write(
@@ -212,7 +215,7 @@ class TrajectoryWriter:
 
     def latest_checkpoint(self) -> Checkpoint | None:
         """The newest whole checkpoint, or None before the first."""
-        return _latest_checkpoint(self._file)
+        return _latest_checkpoint(self._file, self.scene.chain.particles)
 
     def update_counters(self, counters: Mapping[str, float]) -> None:
         """Set the counts named, of :data:`COUNTERS`; they reach the disk with the next mark."""
@@ -261,30 +264,26 @@ class TrajectoryWriter:
         self._file.flush()
 
 
-@contextmanager
-def _understanding(path: Path) -> Iterator[None]:
-    """Say of a file that opens but does not hold what it should that it is damaged, and how."""
-    try:
-        yield
-    except SceneError as error:
-        raise TrajectoryError(f"{path}: its scene cannot be read: {error}") from error
-    except (OSError, LookupError, ValueError, RuntimeError, MemoryError) as error:
-        raise TrajectoryError(f"{path}: damaged: {error}") from error
-
-
 def _contents(file: Any) -> dict[str, Any]:
+    scene = _scene(file)
+    count, any_number = scene.chain.particles, None
+    times = dataset(file, f"{h5md.POSITION}/time", (any_number,))
+    snapshots = len(times)
     # The times come first: data marked as finished by now stays as it is while a run goes on.
-    time = file[f"{h5md.POSITION}/time"][()]
+    time = times[()]
     finished = np.isfinite(time)
+    positions = dataset(file, f"{h5md.POSITION}/value", (snapshots, count, 3))
+    frames = dataset(file, f"{h5md.FRAME}/value", (snapshots, count, 3, 3))
+    reason = dataset(file, h5md.REASON, (1,), "S")[0].decode(errors="replace")
     return {
         "time": time[finished],
-        "positions": _finished(file[f"{h5md.POSITION}/value"], finished),
-        "frames": _finished(file[f"{h5md.FRAME}/value"], finished),
-        "scene": _scene(file),
-        "counters": _counters(file[h5md.COUNTS][()]),
-        "status": h5md.STATUSES[file[h5md.STATUS][0]],
-        "reason": file[h5md.REASON][0].decode(),
-        "cause": h5md.CAUSES[file[h5md.CAUSE][0]],
+        "positions": _finished(positions, finished),
+        "frames": _finished(frames, finished),
+        "scene": scene,
+        "counters": _counters(dataset(file, h5md.COUNTS, (len(COUNTERS),))[()]),
+        "status": meaning(file, h5md.STATUS, h5md.STATUSES),
+        "reason": " ".join(reason.split()),
+        "cause": meaning(file, h5md.CAUSE, h5md.CAUSES),
         "choice": _choice(file),
     }
 
@@ -296,24 +295,28 @@ def _finished(values: Any, finished: np.ndarray) -> np.ndarray:
 
 
 def _scene(file: Any) -> Scene:
-    return Scene.from_toml(file[h5md.SCENE].asstr()[()])
+    return Scene.from_toml(text(file, h5md.SCENE))
 
 
 def _choice(file: Any) -> Choice | None:
-    return Choice.from_json(file[h5md.CHOICE].asstr()[()]) if h5md.CHOICE in file else None
+    return Choice.from_json(text(file, h5md.CHOICE)) if h5md.CHOICE in file else None
 
 
-def _latest_checkpoint(file: Any) -> Checkpoint | None:
-    group = file[h5md.CHECKPOINTS]
-    sequence = group["sequence"][()]
+def _latest_checkpoint(file: Any, particles: int) -> Checkpoint | None:
+    sequence = dataset(file, f"{h5md.CHECKPOINTS}/sequence", (2,), "i")[()]
     if not sequence.any():
         return None
-    slot = int(np.argmax(sequence))
-    time, snapshot, spin, *rest = group["state"][slot].tolist()
+    slot, width = int(np.argmax(sequence)), h5md.CHECKPOINT_STATE + len(COUNTERS)
+    state = dataset(file, f"{h5md.CHECKPOINTS}/state", (2, width))[slot]
+    positions = dataset(file, f"{h5md.CHECKPOINTS}/position", (2, particles, 3))[slot]
+    frames = dataset(file, f"{h5md.CHECKPOINTS}/frame", (2, particles, 3, 3))[slot]
+    for name, values in {"state": state, "position": positions, "frame": frames}.items():
+        _require(values, values.shape, f"{h5md.CHECKPOINTS}/{name}")
+    time, snapshot, spin, *rest = state.tolist()
     return Checkpoint(
         time=time,
-        positions=group["position"][slot],
-        frames=group["frame"][slot],
+        positions=positions,
+        frames=frames,
         snapshot=int(snapshot),
         spin=spin,
         drift=np.array(rest[:3]),
@@ -332,6 +335,9 @@ def _counts(counters: Mapping[str, float]) -> list[float]:
 def _counters(counts: Iterable[float]) -> dict[str, float]:
     """The table of counters from its numbers; all but the wall time are whole."""
     table = dict(zip(COUNTERS, counts, strict=True))
+    for name, count in table.items():
+        if not 0 <= count < np.inf:
+            raise ValueError(f"{h5md.COUNTS}: {name} = {count}")
     return {name: float(n) if name == "wall_time" else int(n) for name, n in table.items()}
 
 

@@ -161,7 +161,7 @@ def test_of_two_runs_begun_at_once_one_has_the_file(path, monkeypatch, overwrite
         with pytest.raises(TrajectoryError, match="h5: another process is writing to it"):
             TrajectoryWriter(path, make_scene(6), TIMES, overwrite=overwrite)
         replace(partial, target)
-        with pytest.raises(TrajectoryError, match="another process is writing|exists"):
+        with pytest.raises(TrajectoryError, match=r"another process is writing|exists"):
             TrajectoryWriter(path, make_scene(6), TIMES, overwrite=overwrite)
 
     monkeypatch.setattr(os, "replace", late)

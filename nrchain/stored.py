@@ -1,0 +1,79 @@
+"""What is read from a trajectory file, checked: what is missing or damaged is named."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TypeVar
+
+from nrchain.errors import SceneError, TrajectoryError
+
+Meaning = TypeVar("Meaning")
+
+Shape = tuple[int | None, ...]
+"""Sizes of a data set; None stands for any."""
+
+
+@contextmanager
+def understanding(path: Path) -> Iterator[None]:
+    """Say of a file that opens but does not hold what it should that it is damaged, and how."""
+    try:
+        yield
+    except TrajectoryError:
+        raise
+    except SceneError as error:
+        raise TrajectoryError(f"{path}: its scene cannot be read: {_line(error)}") from error
+    # HDF5 answers damage with errors of many kinds, and so does whoever reads what it returns
+    except (
+        *(OSError, LookupError, ValueError, RuntimeError, MemoryError),
+        *(TypeError, AttributeError, ArithmeticError),
+    ) as error:
+        raise TrajectoryError(f"{path}: damaged: {_line(error)}") from error
+
+
+def _line(error: Exception) -> str:
+    """The message of an error in one line; that of a KeyError without the quotes around it."""
+    told = error.args[0] if isinstance(error, KeyError) and error.args else error
+    return " ".join(str(told).split())
+
+
+def dataset(file: Any, name: str, shape: Shape, kinds: str = "f") -> Any:
+    """The data set of that name; ValueError if it is missing, or of another shape or type."""
+    import h5py
+
+    found = _find(file, name)
+    if not isinstance(found, h5py.Dataset):
+        raise ValueError(f"{name} is no data set")
+    if found.shape is None or len(found.shape) != len(shape):
+        raise ValueError(f"{name}: shape {found.shape}, not {_named(shape)}")
+    if any(want not in (None, have) for want, have in zip(shape, found.shape, strict=True)):
+        raise ValueError(f"{name}: shape {found.shape}, not {_named(shape)}")
+    if found.dtype.kind not in kinds:
+        raise ValueError(f"{name}: its numbers are of type {found.dtype}")
+    return found
+
+
+def _find(file: Any, name: str) -> Any:
+    """What the file has of that name; HDF5 tells of damage on the way to it as of a missing one."""
+    try:
+        return file[name]
+    except (KeyError, RuntimeError, OSError) as error:
+        raise ValueError(f"{name} is missing, or cannot be read") from error
+
+
+def text(file: Any, name: str) -> str:
+    """A text that stands by itself."""
+    return str(dataset(file, name, (), "OS").asstr()[()])
+
+
+def meaning(file: Any, name: str, meanings: Sequence[Meaning]) -> Meaning:
+    """Which of the meanings a code stands for."""
+    code = int(dataset(file, name, (1,), "u")[0])
+    if code >= len(meanings):
+        raise ValueError(f"{name} is {code}; the largest code is {len(meanings) - 1}")
+    return meanings[code]
+
+
+def _named(shape: Shape) -> str:
+    return f"({', '.join('any' if size is None else str(size) for size in shape)})"
