@@ -30,13 +30,25 @@ class Claim:
         self._descriptor = os.open(path, flags, 0o666)
         try:
             _lock(self._descriptor, path)
-            if still := _is_at(path, self._descriptor):
-                return still
+            if self.holds(path):
+                return True
         except BaseException:
             self.release()
             raise
         self.release()
         return False
+
+    def holds(self, path: Path) -> bool:
+        """Whether the file claimed is still the one of that name."""
+        return _is_at(path, self._descriptor)
+
+    def size(self) -> int:
+        """Bytes of the file."""
+        return os.fstat(self._descriptor).st_size
+
+    def cut(self, size: int) -> None:
+        """Leave no more than the first bytes of the file."""
+        os.ftruncate(self._descriptor, size)
 
     def release(self) -> None:
         """Give up the right; a second time does nothing."""
@@ -64,5 +76,5 @@ def _lock(descriptor: int, path: Path) -> None:
 def _is_at(path: Path, descriptor: int) -> bool:
     try:
         return os.path.samestat(os.stat(path), os.fstat(descriptor))
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         return False

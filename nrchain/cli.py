@@ -2,7 +2,8 @@
 
 What is heavy is imported by the command that needs it, so that ``nrchain --help`` is immediate.
 Exit codes: 0, done; 2, refused, with one line on what is wrong; 3, a run that stopped early and
-kept what it reached; 130, interrupted.
+kept what it reached; 130, interrupted. A picture or a table that cannot be written does not
+change the code of a run, whose data are in its file.
 """
 
 from __future__ import annotations
@@ -16,12 +17,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.table import Table
 from typer.core import TyperGroup
 
 from nrchain import __version__
 from nrchain.errors import NrchainError, TrajectoryError
+from nrchain.interruption import INTERRUPTED, raising
+from nrchain.terminal import complain, console, let_go, show, spell_out
 
 if TYPE_CHECKING:
     from nrchain.choice import Choice
@@ -30,7 +32,7 @@ if TYPE_CHECKING:
     from nrchain.scene import Scene
     from nrchain.trajectory import Trajectory
 
-REFUSED, STOPPED, INTERRUPTED = 2, 3, 130
+REFUSED, STOPPED = 2, 3
 PICTURE, PICTURE_IN_SPACE, EFFECTS_PICTURE = "chain.png", "chain-3d.png", "effects.png"
 
 _UsageError: Any = typer.BadParameter.__base__
@@ -48,7 +50,10 @@ class _OneLineGroup(TyperGroup):
         except _UsageError as error:
             where = error.ctx.command_path if error.ctx else "nrchain"
             message = " ".join(error.format_message().split()).rstrip(".")
-            _complain(f"{message}; see {where} --help")
+            complain(f"{message}; see {where} --help")
+            code = REFUSED
+        except OSError as error:
+            complain(let_go(error))
             code = REFUSED
         sys.exit(code if isinstance(code, int) else 0)
 
@@ -72,38 +77,51 @@ Directory = Annotated[Path, typer.Argument(help="Directory of a run.", show_defa
 
 
 def main() -> None:
-    """The program ``nrchain``."""
-    app()
+    """The command line, from the arguments of the process."""
+    spell_out()
+    try:
+        app()
+    finally:
+        try:
+            if sys.stdout is not None:
+                sys.stdout.flush()
+        except OSError as error:
+            complain(let_go(error))
 
 
 @contextmanager
 def _reporting() -> Iterator[None]:
     """Turn what a user can cause into one line on stderr and an exit code."""
-    try:
-        yield
-    except NrchainError as error:
-        _complain(str(error))
-        raise typer.Exit(REFUSED) from error
-    except OSError as error:
-        _complain(f"{error.filename}: {error.strerror}" if error.filename else str(error))
-        raise typer.Exit(REFUSED) from error
-    except KeyboardInterrupt:
-        _complain("interrupted")
-        raise typer.Exit(INTERRUPTED) from None
+    with raising():
+        try:
+            yield
+        except NrchainError as error:
+            complain(str(error))
+            raise typer.Exit(REFUSED) from error
+        except OSError as error:
+            complain(f"{error.filename}: {error.strerror}" if error.filename else str(error))
+            raise typer.Exit(REFUSED) from error
+        except KeyboardInterrupt:
+            complain("interrupted")
+            raise typer.Exit(INTERRUPTED) from None
 
 
-def _console(stderr: bool = False) -> Console:
-    """A console that shows what it is given: brackets in a title or a path are no markup."""
-    return Console(stderr=stderr, markup=False, emoji=False, highlight=False)
+def _show(*things: Any, **how: Any) -> None:
+    """Print, or end with one line on why that is not possible."""
+    if failure := show(*things, **how):
+        complain(failure)
+        raise typer.Exit(REFUSED)
 
 
-def _complain(line: str) -> None:
-    _console(stderr=True).print(f"nrchain: {line}", soft_wrap=True)
+def _mention(*things: Any, **how: Any) -> None:
+    """Print beside a run, which goes on where that is not possible, and says so."""
+    if failure := show(*things, **how):
+        complain(f"note: {failure}")
 
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        typer.echo(f"nrchain {__version__}")
+        _show(f"nrchain {__version__}")
         raise typer.Exit
 
 
@@ -139,6 +157,7 @@ def run(
 ) -> None:
     """Run a scene; write its trajectory and a picture."""
     from nrchain.effects.registry import acting
+    from nrchain.folders import made
     from nrchain.h5md import FILE_NAME
     from nrchain.regime import warnings
     from nrchain.run import simulate
@@ -148,10 +167,9 @@ def run(
     _warn(what, warnings(what))
     what, choice = _chosen(what)
     names = ", ".join(effect.name for effect in acting(what)) or "none"
-    _console().print(f"effects     {names}", soft_wrap=True)
+    _mention(f"effects     {names}", soft_wrap=True)
     directory = output or Path("runs") / Path(scene).stem
-    directory.mkdir(parents=True, exist_ok=True)
-    with _progress_bar(directory) as report:
+    with made(directory), _progress_bar(directory) as report:
         trajectory = simulate(
             what,
             output=directory / FILE_NAME,
@@ -186,17 +204,15 @@ def plan(
     table = _table("quantity", "value", "meaning")
     for line in found.lines:
         table.add_row(line.quantity, line.value, line.meaning)
-    console = _console()
-    console.print(table)
+    _show(table)
     effects = plan_effects(what)
     table = _table()
     for name in COLUMNS:
         table.add_column(name, justify="left" if name == COLUMNS[0] else "right", no_wrap=True)
     for row in effects.rows():
         table.add_row(*row)
-    console.print(table)
-    for text in (*effects.remarks(), *effects.notes()):
-        console.print(text, soft_wrap=True)
+    _show(table)
+    _show(*effects.remarks(), *effects.notes(), soft_wrap=True)
     _warn(what, found.warnings)
 
 
@@ -224,7 +240,7 @@ def scenes() -> None:
         scene = load_scene(name)
         chain = scene.chain
         table.add_row(name, scene.title, slip_text(scene), chain.ends, str(chain.particles))
-    _console().print(table)
+    _show(table)
 
 
 @app.command()
@@ -236,7 +252,7 @@ def effects() -> None:
     table = _table("effect", "what it does", "scene key")
     for effect in known():
         table.add_row(effect.name, effect.summary, effect.key)
-    _console().print(table)
+    _show(table)
 
 
 @app.command()
@@ -271,11 +287,12 @@ def plot(
     if of_effects:
         from nrchain.effect_plots import draw_effects
 
-        typer.echo(draw_effects(trajectory, output or _beside(trajectory, EFFECTS_PICTURE)))
+        path = draw_effects(trajectory, output or _beside(trajectory, EFFECTS_PICTURE))
+        _show(str(path), soft_wrap=True)
         return
     name = PICTURE if view is View.planes else PICTURE_IN_SPACE
     path = output or _beside(trajectory, name)
-    typer.echo(draw_chain(trajectory, path, view=view.value, times=times))
+    _show(str(draw_chain(trajectory, path, view=view.value, times=times)), soft_wrap=True)
 
 
 @app.command()
@@ -305,21 +322,21 @@ def cost(
     if target is not None:
         check_target(target)
     what = load_scene(scene, **dict(parse_assignment(change) for change in changes or ()))
-    console = _console()
-    with _console(stderr=True).status("") as status:
+    with console(stderr=True).status("") as status:
         found = work_precision(
             what, budget=budget, progress=lambda stage: status.update(f"measuring {stage}")
         )
-    console.print(_work_table(found))
-    for line in found.notes():
-        console.print(line, soft_wrap=True)
+    _show(_work_table(found))
+    _show(*found.notes(), soft_wrap=True)
     if target is not None:
         advice = found.advise(target)
-        console.print(f"\nfor an error of {target:g}: {advice.point.setting}", soft_wrap=True)
         own = "".join(f"--set {shlex.quote(change)} " for change in changes or ())
-        console.print(f"  nrchain run {scene} {own}{advice.arguments}", soft_wrap=True)
-        for line in advice.lines():
-            console.print(f"  {line}", soft_wrap=True)
+        _show(
+            f"\nfor an error of {target:g}: {advice.point.setting}",
+            f"  nrchain run {scene} {own}{advice.arguments}",
+            *(f"  {line}" for line in advice.lines()),
+            soft_wrap=True,
+        )
 
 
 def _chosen(scene: Scene) -> tuple[Scene, Choice | None]:
@@ -330,7 +347,7 @@ def _chosen(scene: Scene) -> tuple[Scene, Choice | None]:
 
     scene, choice = choose(scene)
     for text in choice.lines():
-        _console().print(text, soft_wrap=True)
+        _mention(text, soft_wrap=True)
     return scene, choice
 
 
@@ -339,9 +356,9 @@ def _warn(scene: Scene, warnings: list[str]) -> None:
     from nrchain.description import without_effect
 
     for key, why in without_effect(scene):
-        _complain(f"note: {key} has no effect: {why}")
+        complain(f"note: {key} has no effect: {why}")
     for text in warnings:
-        _complain(f"warning: {text}")
+        complain(f"warning: {text}")
 
 
 @contextmanager
@@ -352,7 +369,7 @@ def _progress_bar(directory: Path) -> Iterator[Callable[[Progress], None]]:
 
     from nrchain.h5md import locate
 
-    console = _console(stderr=True)
+    screen = console(stderr=True)
     bar = Bar(
         TextColumn("t = {task.fields[time]}"),
         BarColumn(bar_width=None),
@@ -360,9 +377,9 @@ def _progress_bar(directory: Path) -> Iterator[Callable[[Progress], None]]:
         TimeElapsedColumn(),
         TextColumn("left"),
         TimeRemainingColumn(),
-        console=console,
+        console=screen,
         transient=True,
-        disable=not console.is_terminal,
+        disable=not screen.is_terminal,
     )
     task = bar.add_task("", total=None, time="0", steps="0")
 
@@ -379,9 +396,11 @@ def _progress_bar(directory: Path) -> Iterator[Callable[[Progress], None]]:
         with bar:
             yield report
     except KeyboardInterrupt:
-        if locate(directory).exists():
-            _complain(f"what was reached is kept; go on with: nrchain resume {directory}")
-        raise
+        if not locate(directory).exists():
+            raise
+        go_on = f"nrchain resume {shlex.quote(str(directory))}"
+        complain(f"interrupted; what was reached is kept; go on with: {go_on}")
+        raise typer.Exit(INTERRUPTED) from None
 
 
 def _beside(trajectory: Trajectory, name: str = PICTURE) -> Path:
@@ -392,21 +411,37 @@ def _beside(trajectory: Trajectory, name: str = PICTURE) -> Path:
 
 def _finish(trajectory: Trajectory) -> None:
     """Draw the picture, print what was done and where it is, and exit by how it ended."""
-    from nrchain.plots import draw_chain
-
-    picture = draw_chain(trajectory, _beside(trajectory))
-    console = _console()
-    console.print(_cost(trajectory))
-    console.print(_effects(trajectory))
-    console.print(f"trajectory  {trajectory.path}\npicture     {picture}", soft_wrap=True)
+    places = [f"trajectory  {trajectory.path}"] if trajectory.path else []
+    if picture := _picture(trajectory):
+        places.append(f"picture     {picture}")
+    _mention(_cost(trajectory), _effects(trajectory))
+    _mention(*places, soft_wrap=True)
+    if trajectory.path is None:
+        complain(f"nothing is kept: {trajectory.reason or 'the file was removed meanwhile'}")
+        raise typer.Exit(STOPPED)
     if trajectory.status != "completed":
         reached, end = trajectory.time[-1], trajectory.scene.run.end
         advice = f"; {trajectory.cause.advice}" if trajectory.cause else ""
-        _complain(
+        complain(
             f"stopped early: {trajectory.reason}; kept are {len(trajectory.time)} of "
             f"{trajectory.scene.run.snapshots} snapshots, to t = {reached:.6g} of {end:.6g}{advice}"
         )
         raise typer.Exit(STOPPED)
+
+
+def _picture(trajectory: Trajectory) -> Path | None:
+    """The picture beside the file of a run; None where it cannot be made, which is said."""
+    from nrchain.plots import draw_chain
+
+    if trajectory.path is None:
+        return None
+    path = _beside(trajectory)
+    try:
+        return draw_chain(trajectory, path)
+    except (OSError, ValueError, RuntimeError, MemoryError, ArithmeticError) as error:
+        why = error.strerror if isinstance(error, OSError) and error.strerror else error
+        complain(f"note: {path}: the picture could not be drawn: {why}")
+        return None
 
 
 def _cost(trajectory: Trajectory) -> Table:

@@ -191,7 +191,7 @@ def refusing(path: Path, what: str) -> Iterator[None]:
         yield
     except TrajectoryError:
         raise
-    except (OSError, RuntimeError, ValueError, OverflowError, MemoryError) as error:
+    except (OSError, RuntimeError, ValueError, LookupError, OverflowError, MemoryError) as error:
         raise TrajectoryError(f"{path}: {what}: {_cause(error)}") from error
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -21,8 +22,9 @@ from nrchain.arguments import rotations
 from nrchain.charts import TURN_LIMIT, ChartedChain
 from nrchain.choice import Choice, Watch
 from nrchain.errors import SceneError, TrajectoryError
+from nrchain.folders import made
 from nrchain.guard import Guard, Poses
-from nrchain.h5md import FILE_NAME
+from nrchain.h5md import FILE_NAME, refusing
 from nrchain.integrators import find_integrator
 from nrchain.integrators.base import IntegrationError, Integrator
 from nrchain.interruption import Interruption, deferred
@@ -123,6 +125,9 @@ class _Run:
             stop = Stop(error.cause, self.time, str(error))
         except (ArithmeticError, np.linalg.LinAlgError) as error:
             stop = Stop(Cause.NOT_FINITE, self.time, str(error))
+        except TrajectoryError as error:
+            # nothing more can be written
+            return Stop(Cause.ERROR, self.time, str(error))
         if stop is not None:
             self._record_last()
         self.recorder.update_counters(self.counters)
@@ -294,7 +299,9 @@ def simulate(
     SceneError
         Before any time is spent, for a start that cannot be simulated.
     TrajectoryError
-        When ``output`` exists and ``overwrite`` is not set, or cannot be written.
+        When ``output`` exists and ``overwrite`` is not set, or cannot be made. Of a file that is
+        removed or replaced meanwhile what was reached is returned, with no ``path``; one that is
+        cut short meanwhile is lost.
     KeyboardInterrupt
         On Ctrl-C and SIGTERM, once the step under way is done and the file is closed in order.
     """
@@ -305,30 +312,29 @@ def simulate(
         scene, choice = choose(scene, poses)
     if output is None:
         memory = Memory(scene)
-        with deferred() as interruption:
+        with deferred() as interruption, interruption.second_at_once():
             stop = _Run(scene, memory, progress, interruption, poses, choice=choice).go()
         return replace(memory.trajectory(scene, stop), choice=choice)
-    path = _output_file(output)
+    folder, path = _output_file(output)
     with (
         deferred() as interruption,
+        made(folder) if folder else nullcontext(),
         TrajectoryWriter(
             path, scene, snapshot_times(scene), overwrite=overwrite, choice=choice
         ) as writer,
     ):
-        _finish(writer, _Run(scene, writer, progress, interruption, poses, choice=choice).go())
-    return Trajectory.open(path)
+        with interruption.second_at_once():
+            stop = _Run(scene, writer, progress, interruption, poses, choice=choice).go()
+        return _finish(writer, stop)
 
 
-def _output_file(output: str | Path) -> Path:
-    """The file to write: ``output`` if it has an ending, else ``trajectory.h5`` in that folder."""
+def _output_file(output: str | Path) -> tuple[Path | None, Path]:
+    """The folder to make, if one is named, and the file: ``output`` itself if it has an ending."""
     path = Path(output)
-    if not path.is_dir() and path.suffix:
-        return path
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise TrajectoryError(f"{path}: cannot be made: {error.strerror}") from error
-    return path / FILE_NAME
+    with refusing(path, "cannot be made"):
+        if path.suffix and not path.is_dir():
+            return None, path
+    return path, path / FILE_NAME
 
 
 def resume(path: str | Path, *, progress: Callable[[Progress], None] | None = None) -> Trajectory:
@@ -346,9 +352,10 @@ def resume(path: str | Path, *, progress: Callable[[Progress], None] | None = No
     _refuse_unsound(begin, done)
     with deferred() as interruption, TrajectoryWriter.reopen(path) as writer:
         repeated = done.counters["steps"]
-        run = _Run(done.scene, writer, progress, interruption, begin, repeated, done.choice)
-        _finish(writer, run.go())
-    return Trajectory.open(path)
+        with interruption.second_at_once():
+            run = _Run(done.scene, writer, progress, interruption, begin, repeated, done.choice)
+            stop = run.go()
+        return _finish(writer, stop)
 
 
 def _refuse_unsound(begin: Checkpoint, done: Trajectory) -> None:
@@ -365,8 +372,10 @@ def _refuse_unsound(begin: Checkpoint, done: Trajectory) -> None:
         raise TrajectoryError(f"{where} cannot be used: {error}") from error
 
 
-def _finish(writer: TrajectoryWriter, stop: Stop | None) -> None:
+def _finish(writer: TrajectoryWriter, stop: Stop | None) -> Trajectory:
+    """Mark how the run ended, and read what it leaves: also from a file that has lost its name."""
     if stop is None:
-        writer.close("completed")
+        writer.mark("completed")
     else:
-        writer.close("stopped", stop.reason, stop.cause)
+        writer.mark("stopped", stop.reason, stop.cause)
+    return writer.read()

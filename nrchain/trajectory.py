@@ -9,6 +9,7 @@ on from.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -183,6 +184,8 @@ class TrajectoryWriter:
         self._finished = np.isfinite(self._times[()])
         self._counts = dataset(file, h5md.COUNTS, (len(COUNTERS),))
         self._counters: dict[str, float] = _counters(self._counts[()])
+        self._size = self._claim.size()
+        self._cut_to: int | None = None
 
     def write(
         self, index: int, time: float, positions: np.ndarray, frames: np.ndarray, step: int
@@ -193,6 +196,7 @@ class TrajectoryWriter:
         _require(positions, (particles, 3), "positions")
         _require(frames, (particles, 3, 3), "frames")
         with h5md.refusing(self.path, "cannot be written"):
+            self._refuse_changed()
             if self._finished[index]:
                 self._commit(self._times, index, np.nan)
             self._positions[index] = positions
@@ -203,11 +207,12 @@ class TrajectoryWriter:
 
     def checkpoint(self, checkpoint: Checkpoint) -> None:
         """Record where the run stands, over the older of the two checkpoints."""
-        group = self._file[h5md.CHECKPOINTS]
-        sequence = group["sequence"][()]
-        slot = int(np.argmin(sequence))
         state = [checkpoint.time, checkpoint.snapshot, checkpoint.spin, *checkpoint.drift]
         with h5md.refusing(self.path, "cannot be written"):
+            self._refuse_changed()
+            group = self._file[h5md.CHECKPOINTS]
+            sequence = group["sequence"][()]
+            slot = int(np.argmin(sequence))
             group["position"][slot] = checkpoint.positions
             group["frame"][slot] = checkpoint.frames
             group["state"][slot] = [*state, *_counts(checkpoint.counters)]
@@ -222,17 +227,41 @@ class TrajectoryWriter:
         merged = {**self._counters, **counters}
         counts = _counts(merged)
         with h5md.refusing(self.path, "cannot be written"):
+            self._refuse_cut()
             self._counts[:] = counts
         self._counters = merged
+
+    def mark(self, status: str, reason: str = "", cause: Cause | None = None) -> None:
+        """Record how the run ended."""
+        with h5md.refusing(self.path, "cannot be written"):
+            self._refuse_cut()
+            self._set_status(status, reason, cause)
+
+    def read(self) -> Trajectory:
+        """What is in the file, without a path if it no longer has its name."""
+        path = self.path if self._claim.holds(self.path) else None
+        with understanding(self.path):
+            return Trajectory(path=path, **_contents(self._file))
 
     def close(
         self, status: str | None = None, reason: str = "", cause: Cause | None = None
     ) -> None:
         """Close the file; ``status``, ``reason`` and ``cause`` say how the run ended, if it has."""
-        if self._file and status is not None:
-            self._set_status(status, reason, cause)
-        self._file.close()
-        self._claim.release()
+        try:
+            if self._file and status is not None:
+                self.mark(status, reason, cause)
+        finally:
+            self._close()
+
+    def _close(self) -> None:
+        try:
+            with h5md.refusing(self.path, "cannot be closed"):
+                self._file.close()
+        finally:
+            if self._cut_to is not None:
+                # HDF5 has made it as long as before, with nothing in it
+                self._claim.cut(self._cut_to)
+            self._claim.release()
 
     def __enter__(self) -> Self:
         return self
@@ -248,7 +277,9 @@ class TrajectoryWriter:
         elif isinstance(error, KeyboardInterrupt):
             self.close("stopped", "interrupted", Cause.INTERRUPTED)
         else:
-            self.close("stopped", f"{type(error).__name__}: {error}", Cause.ERROR)
+            # of a file that cannot be written it is the first failure that tells why
+            with suppress(*(TrajectoryError,) if isinstance(error, TrajectoryError) else ()):
+                self.close("stopped", f"{type(error).__name__}: {error}", Cause.ERROR)
 
     def _set_status(self, status: str, reason: str = "", cause: Cause | None = None) -> None:
         whole = reason.encode()[: h5md.REASON_BYTES].decode(errors="ignore")
@@ -256,6 +287,19 @@ class TrajectoryWriter:
             self._file[h5md.REASON][0] = whole.encode()
             self._file[h5md.CAUSE][0] = h5md.CAUSES.index(cause)
             self._commit(self._file[h5md.STATUS], 0, h5md.STATUSES.index(status))
+
+    def _refuse_cut(self) -> None:
+        size = self._claim.size()
+        if size < self._size and self._cut_to is None:
+            self._cut_to = size
+        if self._cut_to is not None:
+            raise TrajectoryError(f"{self.path}: was cut short while it was written")
+
+    def _refuse_changed(self) -> None:
+        """Refuse to go on with a file that somebody has taken away or cut short."""
+        self._refuse_cut()
+        if not self._claim.holds(self.path):
+            raise TrajectoryError(f"{self.path}: was removed or replaced while it was written")
 
     def _commit(self, marks: Any, place: int, value: float) -> None:
         """Set the mark that makes data count, once the data itself has left this process."""

@@ -7,6 +7,7 @@ files stands in for the full disk, and the name of the case says so.
 
 from __future__ import annotations
 
+import os
 import resource
 import shutil
 import subprocess
@@ -33,7 +34,9 @@ def told(attempt: Callable[[], object]) -> str:
         ended = attempt()
     except NrchainError as error:
         return str(error)
-    return ended.status if isinstance(ended, Trajectory) else "nothing"
+    if not isinstance(ended, Trajectory):
+        return "nothing"
+    return ended.status if ended.cause is None else f"{ended.status} {ended.reason}"
 
 
 def scene_of(snapshots: int) -> Scene:
@@ -55,6 +58,7 @@ def plain(place: str) -> dict[str, str]:
         "a device in place of a file": lambda: simulate(scene_of(5), output="/dev/full"),
         "a file that exists": lambda: simulate(scene_of(5), output=whole),
         "a file removed during the run": lambda: _removed(folder / "gone.h5"),
+        "a file cut short during the run": lambda: _cut(folder / "shorter.h5"),
         "more snapshots than memory holds": lambda: simulate(scene_of(10**15)),
         "more snapshots than HDF5 can count": lambda: simulate(
             scene_of(2**62), output=folder / "huge.h5"
@@ -95,6 +99,10 @@ def _protected(folder: Path, whole: Path) -> dict[str, str]:
 
 def _removed(path: Path) -> Trajectory:
     return simulate(scene_of(5), output=path, progress=lambda _: path.unlink(missing_ok=True))
+
+
+def _cut(path: Path) -> Trajectory:
+    return simulate(scene_of(5), output=path, progress=lambda _: os.truncate(path, 3000))
 
 
 def _open(path: Path, content: bytes) -> Trajectory:

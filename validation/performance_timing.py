@@ -148,7 +148,7 @@ def in_child(scene: Scene) -> dict[str, float]:
 def start_up(scene: str, folder: Path) -> tuple[float, float]:
     """Seconds of ``nrchain run SCENE`` from a shell with its kernels kept in ``folder``, and of
     the processor's time in them."""
-    command = [sys.executable, "-c", "from nrchain.cli import main; main()", "run", scene]
+    command = [sys.executable, "-m", "nrchain", "run", scene]
     command += ["-o", str(folder / "run"), "--overwrite"]
     environment = _environment() | {"NUMBA_CACHE_DIR": str(folder / "kernels")}
     before, begin = os.times(), time.perf_counter()

@@ -1,0 +1,94 @@
+"""What a command shows: tables and lines, to whatever standard output and error are."""
+
+from __future__ import annotations
+
+import codecs
+import contextlib
+import io
+import os
+import re
+import sys
+import unicodedata
+from typing import Any
+
+from rich.console import Console
+from rich.text import Text
+
+ASCII = {
+    **{"−": "-", "–": "-", "—": "-", "·": ".", "×": "x", "…": "...", "∥": "par", "⊥": "perp"},
+    **{"λ": "lambda", "√": "sqrt", "∂": "d", "∞": "inf", "→": "->", "≥": ">=", "≤": "<=", "≈": "~"},
+}
+"""What is written where a stream has no place for a symbol; of others the nearest letters, or ?."""
+
+GREEK = re.compile("GREEK (SMALL|CAPITAL) LETTER ([A-Z]+)")
+
+
+def _spell(symbol: str) -> str:
+    if symbol in ASCII:
+        return ASCII[symbol]
+    if greek := GREEK.fullmatch(unicodedata.name(symbol, "")):
+        return greek[2].lower() if greek[1] == "SMALL" else greek[2].capitalize()
+    near = unicodedata.normalize("NFKD", symbol).encode("ascii", "ignore").decode()
+    return near or "?"
+
+
+def _spelt(error: UnicodeError) -> tuple[str, int]:
+    assert isinstance(error, UnicodeEncodeError)
+    return "".join(map(_spell, error.object[error.start : error.end])), error.end
+
+
+SPELT = "nrchain.spelt"
+codecs.register_error(SPELT, _spelt)
+
+
+class _Plain(Console):
+    """A console that shows what it is given: brackets in a title or a path are no markup."""
+
+    def on_broken_pipe(self) -> None:
+        """Have the reader who has gone away reported as any stream that cannot be written."""
+        raise
+
+    def render_str(self, text: str, **how: Any) -> Text:
+        """The text in what the stream can show, spelt before columns are measured."""
+        shown = text.encode(self.encoding, SPELT).decode(self.encoding)
+        return super().render_str(shown, **how)
+
+
+def console(stderr: bool = False) -> Console:
+    return _Plain(stderr=stderr, markup=False, emoji=False, highlight=False)
+
+
+def spell_out() -> None:
+    """Have what the encoding of a stream lacks spelt in what it has."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors=SPELT)
+
+
+def show(*things: Any, **how: Any) -> str:
+    """Print to standard output; what prevents it, or nothing. Then all output is let go."""
+    try:
+        screen = console()
+        for thing in things:
+            screen.print(thing, **how)
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except OSError as error:
+        return let_go(error)
+    return ""
+
+
+def let_go(error: OSError) -> str:
+    """Send standard output nowhere from here on, and say what prevents it."""
+    with contextlib.suppress(OSError, ValueError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
+    return f"standard output: {error.strerror}"
+
+
+def complain(line: str) -> None:
+    """One line on standard error, whatever is in it."""
+    plain = "".join(one if one.isprintable() else repr(one)[1:-1] for one in line)
+    with contextlib.suppress(OSError):
+        console(stderr=True).print(f"nrchain: {plain}", soft_wrap=True)
