@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from nrchain.interruption import handling, leave
+from nrchain.interruption import INTERRUPTED, leave_on_signals
 
 
 def main() -> None:
@@ -15,10 +15,16 @@ def main() -> None:
             os.fstat(descriptor)
         except OSError:
             os.open(os.devnull, os.O_RDWR)
-    with handling(leave):
-        from nrchain.cli import main as command_line
+    leave_on_signals()
+    from nrchain.cli import main as command_line
 
+    try:
         command_line()
+    except SystemExit as end:
+        if end.code == INTERRUPTED:
+            # on its way down the interpreter would hear signals again
+            os._exit(INTERRUPTED)
+        raise
 
 
 if __name__ == "__main__":

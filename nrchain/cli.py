@@ -22,7 +22,7 @@ from typer.core import TyperGroup
 
 from nrchain import __version__
 from nrchain.errors import NrchainError, TrajectoryError
-from nrchain.interruption import INTERRUPTED, raising
+from nrchain.interruption import INTERRUPTED
 from nrchain.terminal import complain, console, let_go, show, spell_out
 
 if TYPE_CHECKING:
@@ -92,18 +92,17 @@ def main() -> None:
 @contextmanager
 def _reporting() -> Iterator[None]:
     """Turn what a user can cause into one line on stderr and an exit code."""
-    with raising():
-        try:
-            yield
-        except NrchainError as error:
-            complain(str(error))
-            raise typer.Exit(REFUSED) from error
-        except OSError as error:
-            complain(f"{error.filename}: {error.strerror}" if error.filename else str(error))
-            raise typer.Exit(REFUSED) from error
-        except KeyboardInterrupt:
-            complain("interrupted")
-            raise typer.Exit(INTERRUPTED) from None
+    try:
+        yield
+    except NrchainError as error:
+        complain(str(error))
+        raise typer.Exit(REFUSED) from error
+    except OSError as error:
+        complain(f"{error.filename}: {error.strerror}" if error.filename else str(error))
+        raise typer.Exit(REFUSED) from error
+    except KeyboardInterrupt:
+        complain("interrupted")
+        raise typer.Exit(INTERRUPTED) from None
 
 
 def _show(*things: Any, **how: Any) -> None:

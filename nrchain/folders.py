@@ -7,6 +7,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from nrchain.errors import TrajectoryError
+from nrchain.interruption import undone
 
 
 @contextmanager
@@ -25,10 +26,15 @@ def made(folder: Path) -> Iterator[None]:
     except (OSError, ValueError) as error:
         told = error.strerror if isinstance(error, OSError) else error
         raise TrajectoryError(f"{folder}: cannot be made: {told}") from error
-    try:
-        yield
-    except BaseException:
+
+    def take_back() -> None:
         with suppress(OSError):
             for path in new:
                 path.rmdir()
+
+    try:
+        with undone(take_back):
+            yield
+    except BaseException:
+        take_back()
         raise

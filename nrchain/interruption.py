@@ -10,54 +10,55 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any, NoReturn
 
 INTERRUPTED = 130
 """The exit code of a program that was interrupted, by either signal."""
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_DEFAULTS = (signal.default_int_handler, signal.SIG_DFL)
+
+
+SHOW_CURSOR = b"\r\x1b[K\x1b[?25h"
+"""What a terminal is left with: the line of a progress bar wiped, and the cursor it hid shown."""
+
+_undoing: list[Callable[[], object]] = []
 
 
 def leave(number: int, frame: object) -> NoReturn:
-    """End the process at once, with one line: there is nothing yet that could be lost."""
-    os.write(2, b"nrchain: interrupted\n")
+    """End the program at once, with one line; nothing of worth is lost outside a run.
+
+    An exception would not do: libraries that are being loaded, or compile, swallow it.
+    """
+    for undo in reversed(_undoing):
+        undo()
+    if os.isatty(2):
+        os.write(2, SHOW_CURSOR)
+    with suppress(OSError):
+        os.write(2, b"nrchain: interrupted\n")
     os._exit(INTERRUPTED)
 
 
-def _raise(number: int, frame: object) -> NoReturn:
-    """Raise KeyboardInterrupt, and hear no further signal on the way out."""
-    for other in _SIGNALS:
-        signal.signal(other, signal.SIG_IGN)
-    raise KeyboardInterrupt(signal.Signals(number).name)
-
-
-_OURS = (signal.default_int_handler, signal.SIG_DFL, leave, _raise)
+def _nothing(number: int, frame: object) -> None:
+    """Hear a signal and do nothing: ignored by the system, one on its way would be an error."""
 
 
 @contextmanager
-def handling(handler: Callable[[int, object], object]) -> Iterator[None]:
-    """Have both signals handled so.
-
-    Handlers that somebody else has set are left alone, and so are all outside the main thread.
-    """
-    replaced: dict[signal.Signals, Any] = {}
-    if threading.current_thread() is threading.main_thread():
-        for number in _SIGNALS:
-            if signal.getsignal(number) in _OURS:
-                replaced[number] = signal.signal(number, handler)
+def undone(undo: Callable[[], object]) -> Iterator[None]:
+    """Have something done before a program is left at once."""
+    _undoing.append(undo)
     try:
         yield
     finally:
-        for number, before in replaced.items():
-            signal.signal(number, before)
+        _undoing.remove(undo)
 
 
-@contextmanager
-def raising() -> Iterator[None]:
-    """Have either signal raise KeyboardInterrupt, once."""
-    with handling(_raise):
-        yield
+def leave_on_signals() -> None:
+    """Have signals end this program with one line from here on, a run aside."""
+    for number in _SIGNALS:
+        if signal.getsignal(number) in _DEFAULTS:
+            signal.signal(number, leave)
 
 
 class Interruption:
@@ -85,9 +86,22 @@ class Interruption:
 
 @contextmanager
 def deferred() -> Iterator[Interruption]:
-    """Note signals in place of acting on them; if one came, raise KeyboardInterrupt at the end."""
+    """Note signals in place of acting on them; if one came, raise KeyboardInterrupt at the end.
+
+    Handlers that somebody else has set are left alone, and so are all outside the main thread. A
+    program that has been told to end hears no more signals on its way out.
+    """
     interruption = Interruption()
-    with handling(interruption.note):
+    replaced: dict[signal.Signals, Any] = {}
+    if threading.current_thread() is threading.main_thread():
+        for number in _SIGNALS:
+            if signal.getsignal(number) in (*_DEFAULTS, leave):
+                replaced[number] = signal.signal(number, interruption.note)
+    try:
         yield interruption
+    finally:
+        for number, before in replaced.items():
+            ending = interruption.name and before is leave
+            signal.signal(number, _nothing if ending else before)
     if interruption.name:
         raise KeyboardInterrupt(interruption.name)
