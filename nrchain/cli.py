@@ -277,12 +277,15 @@ def plot(
     ] = False,
 ) -> None:
     """Draw the chain of a run at several times, or its effects, also while it runs."""
+    from nrchain.h5md import refusing
     from nrchain.plots import draw_chain
     from nrchain.trajectory import Trajectory
 
     trajectory = Trajectory.open(directory)
-    if output is not None and output.exists() and not overwrite:
-        raise TrajectoryError(f"{output}: exists; it is only replaced with --overwrite")
+    if output is not None and not overwrite:
+        with refusing(output, "cannot be drawn"):
+            if output.exists():
+                raise TrajectoryError(f"{output}: exists; it is only replaced with --overwrite")
     if of_effects:
         from nrchain.effect_plots import draw_effects
 
@@ -325,7 +328,7 @@ def cost(
         found = work_precision(
             what, budget=budget, progress=lambda stage: status.update(f"measuring {stage}")
         )
-    _show(_work_table(found))
+    _show(_work_table(found), whole=True)
     _show(*found.notes(), soft_wrap=True)
     if target is not None:
         advice = found.advise(target)
@@ -420,7 +423,7 @@ def _finish(trajectory: Trajectory) -> None:
         raise typer.Exit(STOPPED)
     if trajectory.status != "completed":
         reached, end = trajectory.time[-1], trajectory.scene.run.end
-        advice = f"; {trajectory.cause.advice}" if trajectory.cause else ""
+        advice = f"; {trajectory.advice}" if trajectory.advice else ""
         complain(
             f"stopped early: {trajectory.reason}; kept are {len(trajectory.time)} of "
             f"{trajectory.scene.run.snapshots} snapshots, to t = {reached:.6g} of {end:.6g}{advice}"
@@ -434,12 +437,10 @@ def _picture(trajectory: Trajectory) -> Path | None:
 
     if trajectory.path is None:
         return None
-    path = _beside(trajectory)
     try:
-        return draw_chain(trajectory, path)
+        return draw_chain(trajectory, _beside(trajectory))
     except (OSError, ValueError, RuntimeError, MemoryError, ArithmeticError) as error:
-        why = error.strerror if isinstance(error, OSError) and error.strerror else error
-        complain(f"note: {path}: the picture could not be drawn: {why}")
+        complain(f"note: there is no picture: {error}")
         return None
 
 
@@ -479,10 +480,13 @@ def _effects(trajectory: Trajectory) -> Table:
 
 def _work_table(found: WorkPrecision) -> Table:
     """Error and cost of every setting; the whole run's only where it is extrapolated."""
-    table = _table()
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, header_style="bold", show_edge=False, padding=(0, 1, 0, 0))
     whole = ["whole run"] if found.part < 1.0 else []
     table.add_column("setting", no_wrap=True)
-    for title in ("error", "seconds", *whole, "steps", "evaluations", "Jacobians"):
+    for title in ("error", "seconds", *whole, "steps", "evalu-\nations", "Jaco-\nbians"):
         table.add_column(title, justify="right", no_wrap=True)
     axis = ""
     for point in found.points:
@@ -493,13 +497,18 @@ def _work_table(found: WorkPrecision) -> Table:
         measured = point.measured
         counts = (measured.steps, measured.evaluations, measured.jacobians)
         table.add_row(
-            f"  {point.setting}",
-            f"{measured.error:.1e}" if measured.error else "reference",
-            f"{measured.median:.3g}",
-            *("{:.2g} to {:.2g}".format(*found.whole_run(measured)) for _ in whole),
+            f" {point.setting}",
+            f"{measured.error:.1e}" if measured.error else "none",
+            _seconds(measured.median),
+            *("-".join(map(_seconds, found.whole_run(measured))) for _ in whole),
             *map(str, counts),
         )
     return table
+
+
+def _seconds(number: float) -> str:
+    """Two or three digits, and no exponent where that is longer."""
+    return f"{number:.0f}" if 100.0 <= number < 1e6 else f"{number:.2g}"
 
 
 def _table(*columns: str) -> Table:

@@ -42,6 +42,9 @@ PILOT_SHARE = 0.015
 
 SNAPSHOTS = 33
 
+LIMITS = ("run.max_steps", "run.max_seconds")
+"""Budgets that a scene may have of its own; the short runs are made without."""
+
 MARGIN = 2.0
 """A setting is advised if its error is below the target by this factor: errors scatter."""
 
@@ -138,6 +141,8 @@ class WorkPrecision:
             "reach, model: largest distance from the run with all that is listed, at the scene's "
             "own tolerances",
         ]
+        if self.scene.run.max_steps is not None or self.scene.run.max_seconds is not None:
+            lines.append(f"without {' and '.join(LIMITS)}, which would cut the runs short")
         return lines + [f"not measured: {reason}" for reason in self.skipped]
 
     def advise(self, target: float) -> Advice:
@@ -210,8 +215,9 @@ def work_precision(
     if not (math.isfinite(budget) and budget > 0):
         raise SceneError("budget", budget, "must be a finite number of seconds, more than 0")
     tell = progress or (lambda what: None)
+    unlimited = load_scene(scene, **dict.fromkeys(LIMITS))
     tell("how much of the run fits the budget")
-    short = _shortened(scene, PILOT_SHARE * budget)
+    short = _shortened(unlimited, PILOT_SHARE * budget)
     tell("the reference")
     reference, name, error = _reference(short)
     tell("integrators and tolerances")

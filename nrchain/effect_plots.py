@@ -13,6 +13,7 @@ import numpy as np
 
 from nrchain.decomposition import Decomposition
 from nrchain.errors import SceneError, TrajectoryError
+from nrchain.h5md import refusing
 from nrchain.plots import DISCERNIBLE, DOTS_PER_INCH, FORMATS, INK, PALE, STYLE
 from nrchain.trajectory import Trajectory
 
@@ -56,7 +57,8 @@ def draw_effects(trajectory: Trajectory, path: str | Path) -> Path:
         # the title is plain text: a dollar sign in it starts no mathematics
         title = trajectory.scene.title.replace("$", r"\$")
         figure.suptitle(title, fontsize=11, fontweight="bold", color=INK)
-        figure.savefig(path, dpi=DOTS_PER_INCH)
+        with refusing(path, "cannot be drawn"):
+            figure.savefig(path, dpi=DOTS_PER_INCH)
     return path
 
 

@@ -80,7 +80,8 @@ _RECORDED = ("numpy", "scipy", "numba", "scikit-sundae", "pystokes", "h5py")
 def locate(path: str | Path) -> Path:
     """The file that a path means: itself, or ``trajectory.h5`` in a directory."""
     path = Path(path)
-    return path / FILE_NAME if path.is_dir() else path
+    with refusing(path, "cannot be opened"):
+        return path / FILE_NAME if path.is_dir() else path
 
 
 def _version(package: str) -> str:

@@ -29,25 +29,42 @@ class Cause(StrEnum):
         """What to try."""
         return _ADVICE[self]
 
+    @property
+    def advice_without_slip(self) -> str:
+        """What to try on a chain whose spheres have none."""
+        return _WITHOUT_SLIP.get(self, self.advice)
+
+
+_QUARTER = (
+    "beyond a quarter turn the springs of a link pull it on. The paper's springs soften from an "
+    "eighth of a turn on: elasticity.measure = 'isotropic' holds larger bends"
+)
+_BEYOND = "velocities have left the range of floating point"
 
 _ADVICE = {
     Cause.TOUCH: "name a repulsion in [steric] to go on through contacts, stiffen the chain, or "
     "weaken the slip",
-    Cause.TURN: "raise elasticity.twist and elasticity.bend, or weaken the slip: beyond a quarter "
-    "turn the springs of a link pull it on. The paper's springs soften from an eighth of a turn "
-    "on: elasticity.measure = 'isotropic' holds larger bends",
+    Cause.TURN: f"raise elasticity.twist and elasticity.bend, or weaken the slip: {_QUARTER}",
     Cause.CHART: "tighten run.rtol and run.atol, so that a step turns no sphere by half a turn",
     Cause.FRICTION: "set friction.neighbours to 'all', whose mobility is positive definite "
     "wherever the spheres are, or to a larger number",
     Cause.STEP: "loosen run.rtol and run.atol, lower elasticity.ratio, or see in the last poses "
     "what has become fast",
-    Cause.NOT_FINITE: "weaken the slip or the moduli: velocities have left the range of floating "
-    "point",
+    Cause.NOT_FINITE: f"weaken the slip or the moduli: {_BEYOND}",
     Cause.BUDGET: "resume the run, or raise run.max_steps or run.max_seconds",
     Cause.INTERRUPTED: "resume the run to go on",
     Cause.NEGLECTED: "start from the last poses with effects = 'auto' and a smaller tolerance, or "
     "name the effects that are left out",
     Cause.ERROR: "see the message: something outside the run failed",
+}
+
+
+_WITHOUT_SLIP = {
+    Cause.TOUCH: "name a repulsion in [steric] to go on through contacts, stiffen the chain, or "
+    "weaken what acts on it from outside",
+    Cause.TURN: "raise elasticity.twist and elasticity.bend, or start from a chain that is less "
+    f"bent: {_QUARTER}",
+    Cause.NOT_FINITE: f"weaken the moduli, or what acts from outside: {_BEYOND}",
 }
 
 

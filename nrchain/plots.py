@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from nrchain.errors import SceneError, TrajectoryError
+from nrchain.h5md import refusing
 from nrchain.scene import Scene
 from nrchain.trajectory import Trajectory
 
@@ -99,7 +100,8 @@ def draw_chain(
         picture = (_draw_planes if view == "planes" else _draw_space)(chains, colours)
         picture.write_title(trajectory)
         picture.draw_bar(colours, trajectory.time[chosen])
-        picture.save(path)
+        with refusing(path, "cannot be drawn"):
+            picture.save(path)
     return path
 
 

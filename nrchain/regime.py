@@ -194,5 +194,6 @@ def _growth_warning(scene: Scene) -> str:
         return ""
     return (
         f"bonds stretch or shear by themselves, tenfold every {math.log(10) / growth:.3g} time "
-        "units, until the chain comes apart; stiffen it, or weaken the slip"
+        "units, until the chain comes apart; stiffen it, or weaken "
+        + ("the slip" if scene.slip.modes else "what acts on it")
     )

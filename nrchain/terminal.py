@@ -12,6 +12,7 @@ import unicodedata
 from typing import Any
 
 from rich.console import Console
+from rich.measure import Measurement
 from rich.text import Text
 
 ASCII = {
@@ -19,6 +20,9 @@ ASCII = {
     **{"λ": "lambda", "√": "sqrt", "∂": "d", "∞": "inf", "→": "->", "≥": ">=", "≤": "<=", "≈": "~"},
 }
 """What is written where a stream has no place for a symbol; of others the nearest letters, or ?."""
+
+UNBOUNDED = 10_000
+"""Columns of a terminal that nothing here is wider than."""
 
 GREEK = re.compile("GREEK (SMALL|CAPITAL) LETTER ([A-Z]+)")
 
@@ -65,11 +69,18 @@ def spell_out() -> None:
             stream.reconfigure(errors=SPELT)
 
 
-def show(*things: Any, **how: Any) -> str:
-    """Print to standard output; what prevents it, or nothing. Then all output is let go."""
+def show(*things: Any, whole: bool = False, **how: Any) -> str:
+    """Print to standard output; what prevents it, or nothing. Then all output is let go.
+
+    What is to be shown ``whole`` is let run over the edge of a narrow terminal.
+    """
     try:
         screen = console()
         for thing in things:
+            if whole:
+                free = screen.options.update(width=UNBOUNDED, max_width=UNBOUNDED)
+                needed = Measurement.get(screen, free, thing).maximum
+                screen.width = max(needed, screen.width)
             screen.print(thing, **how)
         if sys.stdout is not None:
             sys.stdout.flush()

@@ -105,6 +105,14 @@ class Trajectory:
         with h5md.open_file(path, "r") as file, understanding(path):
             return cls(path=path, **_contents(file))
 
+    @property
+    def advice(self) -> str:
+        """What to try after a run of this scene that stopped; empty if it did not."""
+        if self.cause is None:
+            return ""
+        slips = any(np.any(mode.strength) for mode in self.scene.slip.modes.values())
+        return self.cause.advice if slips else self.cause.advice_without_slip
+
     def latest_checkpoint(self) -> Checkpoint | None:
         """Where the run can be taken up again; None if it is not on disk or has no checkpoint."""
         if self.path is None:
@@ -153,7 +161,12 @@ class TrajectoryWriter:
         with h5md.refusing(path, "cannot be opened"):
             claim = Claim(path)
         writer._attach(path, claim)
-        writer._set_status("running")
+        try:
+            with h5md.refusing(path, "cannot be written"):
+                writer._set_status("running")
+        except BaseException:
+            writer._close()
+            raise
         return writer
 
     def _attach(self, path: Path, claim: Claim) -> None:

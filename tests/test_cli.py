@@ -1,7 +1,11 @@
 """Each command does what it says, and what a user can cause ends in one line and an exit code."""
 
+import os
+import signal
 import subprocess
 import sys
+from io import StringIO
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -11,11 +15,22 @@ from typer.testing import CliRunner
 import nrchain.description
 import nrchain.run
 from nrchain import __version__
-from nrchain.cli import INTERRUPTED, PICTURE, PICTURE_IN_SPACE, REFUSED, STOPPED, app
+from nrchain.cli import (
+    INTERRUPTED,
+    PICTURE,
+    PICTURE_IN_SPACE,
+    REFUSED,
+    STOPPED,
+    _work_table,
+    app,
+)
+from nrchain.cost import Point, WorkPrecision
 from nrchain.errors import BackendError
 from nrchain.h5md import FILE_NAME
 from nrchain.run import Progress
 from nrchain.scene import load_scene, scene_names
+from nrchain.terminal import SPELT, show
+from nrchain.timing import Measured
 from nrchain.trajectory import Trajectory, TrajectoryWriter
 
 HEAVY = ("numpy", "scipy", "numba", "matplotlib", "h5py", "pystokes", "sksundae")
@@ -317,6 +332,108 @@ def test_effects_of_a_run_are_drawn_beside_the_picture(tmp_path):
     assert (tmp_path / PICTURE).read_bytes() == before
     refused = call("plot", tmp_path, "--effects", "-o", tmp_path / PICTURE)
     assert_refused(refused, "only replaced with --overwrite")
+
+
+def program(*arguments, **options):
+    """A process of its own, as from a shell."""
+    return subprocess.run(
+        [sys.executable, "-m", "nrchain", *map(str, arguments)],
+        **{"stderr": subprocess.PIPE, "text": True, "check": False} | options,
+    )
+
+
+def test_a_picture_that_cannot_be_drawn_is_told_of_and_the_run_is_done(tmp_path, stub):
+    (tmp_path / PICTURE).mkdir()
+    result = call("run", "passive", "-o", tmp_path)
+    assert_refused(result, "note: there is no picture", "Is a directory", code=0)
+    assert "simulated" in result.stdout
+    stub.reason = "at t = 41: spheres touch"
+    result = call("run", "passive", "-o", tmp_path, "--overwrite")
+    assert result.exit_code == STOPPED
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+def test_output_that_cannot_be_written_is_told_of(tmp_path):
+    small = ("--set", "chain.particles=3", "--set", "run.end=0.1", "--set", "run.snapshots=2")
+    with open("/dev/full", "w") as full:
+        done = program("run", "passive", "-o", tmp_path, *small, stdout=full)
+        listed = program("effects", stdout=full)
+    told = "standard output: No space left on device\n"
+    assert (done.returncode, done.stderr) == (0, f"nrchain: note: {told}")
+    assert Trajectory.open(tmp_path).status == "completed"
+    assert (listed.returncode, listed.stderr) == (REFUSED, f"nrchain: {told}")
+
+
+def test_a_reader_that_has_gone_away_is_told_of():
+    reader, writer = os.pipe()
+    os.close(reader)
+    listed = program("effects", stdout=writer)
+    os.close(writer)
+    assert (listed.returncode, listed.stderr) == (
+        REFUSED,
+        "nrchain: standard output: Broken pipe\n",
+    )
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
+def test_symbols_that_a_terminal_lacks_are_spelt(encoding):
+    environment = os.environ | {"PYTHONIOENCODING": encoding, "COLUMNS": "200"}
+    shown = program("effects", stdout=subprocess.PIPE, env=environment, encoding=encoding)
+    assert (shown.returncode, shown.stderr) == (0, "")
+    assert "slip 2s" in shown.stdout
+    rows = [line for line in shown.stdout.splitlines() if line.startswith("|") and "+-" not in line]
+    assert len({row.index("|", 1) for row in rows}) == 1
+
+
+def test_symbols_are_spelt_as_they_are_read():
+    shown = "λ∥d σ Ω₀ ½ (a/r)² … 字".encode("ascii", SPELT).decode()
+    assert shown == "lambdapard sigma Omega0 12 (a/r)2 ... ?"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_while_libraries_are_loaded_takes_one_line(number):
+    child = f"""
+import os, sys
+from nrchain.__main__ import main
+
+class Loading:
+    def find_spec(self, name, *rest):
+        if name == "nrchain.regime":
+            os.kill(os.getpid(), {int(number)})
+
+sys.meta_path.insert(0, Loading())
+sys.argv = ["nrchain", "run", "passive"]
+main()
+"""
+    done = subprocess.run([sys.executable, "-c", child], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (INTERRUPTED, "nrchain: interrupted\n")
+
+
+def test_a_run_that_is_refused_leaves_no_folder(tmp_path):
+    result = call("run", "passive", "-o", tmp_path / "a" / "b", "--set", "start.shape=random",
+                  "--set", "start.amplitude=1e200")  # fmt: skip
+    assert result.exit_code == REFUSED
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "d/" * 3000 + "x.h5"])
+def test_paths_that_no_file_can_have_are_refused(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert_refused(call("run", "passive", "-o", name), "cannot be made")
+    for command in ("resume", "plot"):
+        assert_refused(call(command, name))
+
+
+def test_the_table_of_costs_is_shown_whole(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "60")
+    measured = Measured(1e-3, 1e-3, (0.0123,), 0.5, 12345678, 23456789, 34567890)
+    points = [Point("model", "… and pairwise friction", {}, measured)]
+    found = WorkPrecision(load_scene("passive"), 1.0, points, "cvode", 1e-9)
+    shown = StringIO()
+    monkeypatch.setattr(sys, "stdout", shown)
+    assert show(_work_table(found), whole=True) == ""
+    for number in ("1.0e-03", "0.012", "12345678", "23456789", "34567890"):
+        assert number in shown.getvalue()
 
 
 def test_version():

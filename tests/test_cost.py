@@ -174,6 +174,16 @@ def test_the_command_refuses(arguments, key):
     assert result.stderr.strip().splitlines()[-1].startswith(f"nrchain: {key} = ")
 
 
+def test_limits_of_the_scene_do_not_cut_the_measurement():
+    limited = load_scene(SMALL, **{"run.max_steps": 3, "run.max_seconds": 1e-6})
+    measured = work_precision(limited, budget=0.3)
+    assert all(math.isfinite(one.measured.error) for one in measured.points)
+    assert any("without run.max_steps" in line for line in measured.notes())
+    assert not any(
+        "without run.max_steps" in line for line in replace(measured, scene=SMALL).notes()
+    )
+
+
 def test_a_scene_that_stops_is_refused():
     limp = {f"elasticity.{name}": 0.0 for name in ("stretch", "shear", "twist", "bend")}
     scene = load_scene({"chain.particles": 3, "slip.2s": -100.0, "run.end": 100.0} | limp)

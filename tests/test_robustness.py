@@ -2,6 +2,7 @@
 
 import random
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -198,6 +199,16 @@ def test_what_does_not_fit_the_memory_is_refused_at_once(changes, key):
 
 def test_every_cause_has_advice():
     assert all(cause.advice for cause in Cause)
+    assert all(cause.advice_without_slip for cause in Cause)
+
+
+@pytest.mark.parametrize(("name", "slips"), [("buckling", True), ("passive", False)])
+def test_the_slip_is_to_be_weakened_where_there_is_some(name, slips):
+    run = nrchain.simulate(nrchain.load_scene(name, **{"run.max_steps": 1}))
+    for cause in Cause:
+        advice = replace(run, cause=cause).advice
+        assert slips or "slip" not in advice
+        assert advice == (cause.advice if slips else cause.advice_without_slip)
 
 
 def test_memory_stays_flat(tmp_path):

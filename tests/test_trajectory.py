@@ -18,6 +18,7 @@ from nrchain.effects.registry import acting
 from nrchain.errors import TrajectoryError
 from nrchain.h5md import FILE_NAME, REASON_BYTES
 from nrchain.outcome import Cause
+from nrchain.run import resume, simulate
 from nrchain.scene import load_scene
 from nrchain.trajectory import COUNTERS, Checkpoint, Trajectory, TrajectoryWriter
 
@@ -172,6 +173,50 @@ def test_of_two_runs_begun_at_once_one_has_the_file(path, monkeypatch, overwrite
     assert list(path.parent.iterdir()) == [path]
 
 
+@pytest.mark.parametrize("name", ["a\0b", "a\0b.h5", "x" * 300, "d/" * 3000 + "x.h5"])
+def test_names_that_no_file_can_have_are_refused(tmp_path, name):
+    for use in (
+        Trajectory.open,
+        TrajectoryWriter.reopen,
+        lambda path: TrajectoryWriter(path, make_scene(), TIMES),
+        lambda path: simulate(make_scene(), output=path),
+    ):
+        with pytest.raises(TrajectoryError, match=r"cannot be|no such trajectory"):
+            use(tmp_path / name)
+
+
+def take_away(path):
+    path.unlink()
+
+
+def replace(path):
+    path.with_name("other").write_bytes(b"")
+    path.with_name("other").replace(path)
+
+
+@pytest.mark.parametrize("spoil", [take_away, replace])
+def test_a_run_whose_file_is_taken_away_stops_and_returns_what_it_reached(path, spoil):
+    def progress(now):
+        if now.snapshot == 3:
+            spoil(path)
+
+    run = simulate(make_scene(**{"run.snapshots": 5}), output=path, progress=progress)
+    assert (run.status, run.cause, run.path) == ("stopped", Cause.ERROR, None)
+    assert "was removed or replaced while it was written" in run.reason
+    assert len(run.time) == 3
+
+
+def test_a_file_that_is_cut_short_during_its_run_stays_cut(path):
+    def progress(now):
+        if now.snapshot == 3:
+            os.truncate(path, 3000)
+
+    with pytest.raises(TrajectoryError, match="cut short while it was written"):
+        simulate(make_scene(**{"run.snapshots": 5}), output=path, progress=progress)
+    with pytest.raises(TrajectoryError, match="cut short"):
+        Trajectory.open(path)
+
+
 def truncate(path):
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
 
@@ -210,6 +255,78 @@ def test_what_is_no_trajectory_is_refused_with_the_cause(path, spoil, message):
         with pytest.raises(TrajectoryError, match=message) as caught:
             use(path.parent)
         assert str(path.parent) in str(caught.value)
+
+
+def spoilt(path):
+    """Every object and attribute of a file missing in turn, every data set of another shape."""
+    whole, names, attributes = path.read_bytes(), [], []
+    with h5py.File(path) as file:
+        file.visit(names.append)
+        for name in names:
+            attributes += [(name, key) for key in file[name].attrs]
+    for name in names:
+        for shape in (None, (2, 7), ()):
+            path.write_bytes(whole)
+            with h5py.File(path, "r+") as file:
+                del file[name]
+                if shape is not None:
+                    file[name] = np.zeros(shape)
+            yield
+    for name, key in attributes:
+        path.write_bytes(whole)
+        with h5py.File(path, "r+") as file:
+            del file[name].attrs[key]
+        yield
+
+
+def flipped(path, times, seed=0):
+    """Copies of a file with bytes flipped, and some cut short, at random places."""
+    whole, rng = path.read_bytes(), np.random.default_rng(seed)
+    for number in range(times):
+        content = bytearray(whole)
+        for place in rng.integers(0, len(whole), rng.choice([1, 2, 8, 64])):
+            content[place] ^= int(rng.integers(1, 256))
+        path.write_bytes(content[: rng.integers(len(whole))] if number % 8 == 0 else content)
+        yield
+
+
+def test_no_damage_is_met_with_any_but_the_documented_error(path):
+    simulate(make_scene(**{"run.max_steps": 3, "run.snapshots": 5}), output=path)
+    whole, told = path.read_bytes(), []
+    for damages in (spoilt(path), flipped(path, 200)):
+        for _ in damages:
+            for use in (Trajectory.open, read_checkpoint, reopen):
+                try:
+                    use(path)
+                except TrajectoryError as error:
+                    told.append(str(error))
+        path.write_bytes(whole)
+    assert len(told) > 200
+    assert all(str(path) in line and "\n" not in line for line in told)
+
+
+def read_checkpoint(path):
+    Trajectory.open(path).latest_checkpoint()
+
+
+def reopen(path):
+    TrajectoryWriter.reopen(path).close()
+
+
+def test_a_checkpoint_that_no_run_has_written_is_refused(path):
+    simulate(make_scene(**{"run.max_steps": 3, "run.snapshots": 5}), output=path)
+    whole = path.read_bytes()
+    for name, place, value in (
+        ("frame", (slice(None), 1), 0.0),
+        ("position", (slice(None), 1, 1), 1e200),
+        ("state", (slice(None), 0), 1e3),
+        ("state", (slice(None), 1), 4.0),
+    ):
+        path.write_bytes(whole)
+        with h5py.File(path, "r+") as file:
+            file[f"nrchain/checkpoints/{name}"][place] = value
+        with pytest.raises(TrajectoryError, match="damaged: its last checkpoint"):
+            resume(path)
 
 
 def test_a_missing_path_is_refused(tmp_path):
