@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         BackendError,
         NrchainError,
         SceneError,
+        SceneWarning,
         TrajectoryError,
     )
     from nrchain.lattice import (
@@ -50,6 +51,7 @@ _HOMES = {
     "BackendError": "nrchain.errors",
     "NrchainError": "nrchain.errors",
     "SceneError": "nrchain.errors",
+    "SceneWarning": "nrchain.errors",
     "TrajectoryError": "nrchain.errors",
     "Branch": "nrchain.lattice",
     "lattice_operator": "nrchain.lattice",
@@ -83,6 +85,7 @@ __all__ = [
     "Rod",
     "Scene",
     "SceneError",
+    "SceneWarning",
     "Section",
     "Slip",
     "SlipMode",

@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
+from warnings import catch_warnings
 
 import typer
 from rich.console import Console
@@ -21,7 +22,7 @@ from rich.table import Table
 from typer.core import TyperGroup
 
 from nrchain import __version__
-from nrchain.errors import NrchainError, TrajectoryError
+from nrchain.errors import NrchainError, SceneWarning, TrajectoryError
 
 if TYPE_CHECKING:
     from nrchain.choice import Choice
@@ -151,7 +152,7 @@ def run(
     _console().print(f"effects     {names}", soft_wrap=True)
     directory = output or Path("runs") / Path(scene).stem
     directory.mkdir(parents=True, exist_ok=True)
-    with _progress_bar(directory) as report:
+    with _progress_bar(directory) as report, catch_warnings(action="ignore", category=SceneWarning):
         trajectory = simulate(
             what,
             output=directory / FILE_NAME,

@@ -15,9 +15,9 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from nrchain.errors import SceneError
-from nrchain.run import simulate
 from nrchain.scene import Scene, load_scene
-from nrchain.timing import Measured, measure_all, run_timed
+from nrchain.start import starting_poses
+from nrchain.timing import Measured, measure_all, run_timed, simulate_quietly
 from nrchain.trajectory import Trajectory
 
 Axis = Literal["stepping", "reach", "model"]
@@ -161,7 +161,9 @@ class WorkPrecision:
         return Advice(target, point, bool(good), error, self.whole_run(point.measured), sure)
 
     def _sureness(self, point: Point, error: float, target: float) -> Iterator[str]:
-        if error * MARGIN <= target:
+        if not error:
+            yield "no two runs differ: the chain does not move"
+        elif error * MARGIN <= target:
             yield f"the error is below the target by a factor of {target / error:.2g}"
         else:
             yield (
@@ -205,10 +207,11 @@ def work_precision(
     as much of its beginning. ``progress`` is told what is being measured.
 
     Raises :class:`~nrchain.errors.SceneError` for a budget that is not a number above 0, and for
-    a scene that stops before the end of the short runs.
+    a scene that is refused, or stops before the end of the short runs.
     """
     if not (math.isfinite(budget) and budget > 0):
         raise SceneError("budget", budget, "must be a finite number of seconds, more than 0")
+    starting_poses(scene)
     tell = progress or (lambda what: None)
     tell("how much of the run fits the budget")
     short = _shortened(scene, PILOT_SHARE * budget)
@@ -224,7 +227,7 @@ def work_precision(
         tell("reach of the slip, hydrodynamic model")
         for axis, settings in _levels(short).items():
             scenes = {name: load_scene(short, **change) for name, change in settings.items()}
-            full = simulate(list(scenes.values())[-1])
+            full = simulate_quietly(list(scenes.values())[-1])
             if full.status != "completed":
                 skipped.append(f"{axis}: with {list(scenes)[-1]} the run stops {full.reason}")
                 continue
@@ -262,7 +265,7 @@ def _reference(short: Scene) -> tuple[Trajectory, str, float]:
     """The reference, what it is, and how far an independent run is from it."""
     scheme, tolerance = REFERENCE
     while True:
-        reference = simulate(_stepper(short, scheme, tolerance))
+        reference = simulate_quietly(_stepper(short, scheme, tolerance))
         if reference.status == "completed" or tolerance > 1e-10:
             break
         tolerance *= 10.0
@@ -270,6 +273,10 @@ def _reference(short: Scene) -> tuple[Trajectory, str, float]:
         found = measure_all({"": _stepper(short, *other)}, reference, repeats=1)
         if found:
             break
+    else:
+        loosest = max(tolerance for _, tolerance in SECOND_OPINION)
+        allowed = f"must be resolved at {loosest:g}, where an independent run is compared"
+        raise SceneError("start.amplitude", short.start.amplitude, allowed)
     return reference, f"{scheme} at {tolerance:.0e}", found[""].error
 
 
@@ -300,9 +307,10 @@ def _levels(short: Scene) -> dict[Axis, dict[str, Changes]]:
     while modes and reach <= min(short.chain.particles - 2, LONGEST_REACH):
         axes["reach"][f"{reach} neighbour{'s' * (reach > 1)}"] = {"slip.neighbours": reach}
         reach *= 2
-    axes["reach"]["all pairs"] = {"slip.neighbours": "all"}
+    if short.can_reach_all:
+        axes["reach"]["all pairs"] = {"slip.neighbours": "all"}
     level: Changes = {}
-    if modes and short.slip.neighbours != "all":
+    if modes and short.slip.neighbours != "all" and short.can_reach_all:
         level = level | {"slip.neighbours": "all"}
         axes["model"]["all pairs"] = level
     if "2s" in modes and not short.slip.finite_size:

@@ -28,6 +28,10 @@ class SceneError(NrchainError, ValueError):
         super().__init__(f"{key}{given}: {allowed}")
 
 
+class SceneWarning(UserWarning):
+    """A scene that is simulated as it is, and may not show what it was made for."""
+
+
 class BackendError(NrchainError, RuntimeError):
     """A pair-law backend that is missing, of an unknown release, or fails its self-check."""
 
@@ -37,5 +41,9 @@ class TrajectoryError(NrchainError, OSError):
 
 
 def _shorten(value: object, limit: int = 80) -> str:
-    text = repr(value)
+    try:
+        text = repr(value)
+    except ValueError:
+        # Python spells out no integer of more than 4300 digits, in a list or by itself
+        text = hex(value) if isinstance(value, int) else f"a {type(value).__name__} of huge integers"
     return text if len(text) <= limit else text[: limit - 1] + "…"

@@ -21,6 +21,7 @@ from nrchain.integrators.cvode import Cvode
 from nrchain.model import Model
 from nrchain.outcome import Cause, Stop
 from nrchain.scene import Scene
+from nrchain.seed import tolerance_for
 
 FRESH_STEPS = 2000
 """Steps after which all charts are left for fresh ones."""
@@ -73,6 +74,7 @@ class PairedRun:
 
     def __init__(self, scenes: Sequence[Scene], poses: Poses, tolerance: float) -> None:
         self.scenes, self.tolerance = list(scenes), tolerance
+        self._atol = tolerance_for(self.scenes[0], *poses, tolerance)
         self.time = 0.0
         self.poses = [(poses[0].copy(), poses[1].copy()) for _ in scenes]
         self.stops: dict[int, Stop] = {}
@@ -157,7 +159,7 @@ class PairedRun:
             self._together,  # type: ignore[arg-type]
             end,
             self.tolerance,
-            self.tolerance * pose,
+            self._atol * pose,
         )
         self._integrator.start(self.time, np.zeros(self._together.dimension))
         self._fresh = 0

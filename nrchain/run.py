@@ -11,6 +11,7 @@ installation compiles them, and differs from later ones in rounding.
 from __future__ import annotations
 
 import time as clock
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,7 +20,7 @@ import numpy as np
 
 from nrchain.charts import TURN_LIMIT, ChartedChain
 from nrchain.choice import Choice, Watch
-from nrchain.errors import TrajectoryError
+from nrchain.errors import SceneWarning, TrajectoryError
 from nrchain.guard import Guard, Poses
 from nrchain.h5md import FILE_NAME
 from nrchain.integrators import find_integrator
@@ -29,6 +30,7 @@ from nrchain.model import Model
 from nrchain.outcome import Cause, Stop
 from nrchain.recording import Memory, Recorder
 from nrchain.scene import Scene
+from nrchain.seed import seed_warning
 from nrchain.start import starting_poses
 from nrchain.trajectory import Checkpoint, Trajectory, TrajectoryWriter
 
@@ -288,6 +290,11 @@ def simulate(
         cannot go on or has spent its budget; what was reached is kept, with the poses at which it
         stopped for a last snapshot.
 
+    Warns
+    -----
+    SceneWarning
+        For a start that is straight, or hardly above ``run.atol``, on a chain whose waves grow.
+
     Raises
     ------
     SceneError
@@ -302,6 +309,9 @@ def simulate(
         from nrchain.auto import choose
 
         scene, choice = choose(scene, poses)
+    told = seed_warning(scene, *poses)
+    if told:
+        warnings.warn(told, SceneWarning, stacklevel=2)
     if output is None:
         memory = Memory(scene)
         with deferred() as interruption:

@@ -44,7 +44,8 @@ def has_finite_size(scene: Scene) -> bool:
 
 
 def _adds(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
-    if active_modes(scene) and not reaches_all(scene, scene.slip.neighbours):
+    near = not reaches_all(scene, scene.slip.neighbours)
+    if active_modes(scene) and near and scene.can_reach_all:
         yield "slip of all pairs", {"slip.neighbours": "all"}
     if not scene.slip.finite_size and has_finite_size(scene):
         yield "finite size", {"slip.finite_size": True}

@@ -7,10 +7,11 @@ import time as clock
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from statistics import median
+from warnings import catch_warnings
 
 import numpy as np
 
-from nrchain.errors import SceneError
+from nrchain.errors import SceneError, SceneWarning
 from nrchain.run import Progress, simulate
 from nrchain.scene import Scene
 from nrchain.trajectory import Trajectory
@@ -66,6 +67,14 @@ def distance(trajectory: Trajectory, reference: Trajectory) -> tuple[float, floa
     return float(apart.max() / radius), float(np.arctan2(sine, cosine).max())
 
 
+def simulate_quietly(
+    scene: Scene, progress: Callable[[Progress], None] | None = None
+) -> Trajectory:
+    """A run in memory, without warnings of settings that are tried to be measured."""
+    with catch_warnings(action="ignore", category=SceneWarning):
+        return simulate(scene, progress=progress)
+
+
 def run_timed(scene: Scene) -> tuple[Trajectory, float, float]:
     """A run in memory, its wall time in seconds, and the part of it in the second half of t."""
     half = 0.0
@@ -76,7 +85,7 @@ def run_timed(scene: Scene) -> tuple[Trajectory, float, float]:
             half = progress.wall_time
 
     began = clock.perf_counter()
-    trajectory = simulate(scene, progress=watch)
+    trajectory = simulate_quietly(scene, watch)
     seconds = clock.perf_counter() - began
     return trajectory, seconds, 1.0 - half / seconds
 
@@ -93,7 +102,8 @@ def measure_all(
 
     Repetitions are interleaved, so that what else the machine does falls on all alike. Every scene
     runs once, unless ``skip`` of its name and of what has been measured so far says no; repetitions
-    begin until ``seconds`` have passed. A scene whose integrator refuses it is left out.
+    begin until ``seconds`` have passed. A scene whose integrator refuses it, or whose start its
+    tolerance does not resolve, is left out.
     """
     began = clock.perf_counter()
     found: dict[str, Measured] = {}
@@ -103,7 +113,7 @@ def measure_all(
         try:
             trajectory, took, late = run_timed(scene)
         except SceneError as error:
-            if error.key != "run.integrator":
+            if error.key not in ("run.integrator", "run.atol"):
                 raise
             continue
         counts = (int(trajectory.counters[k]) for k in ("steps", "evaluations", "jacobians"))
