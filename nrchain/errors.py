@@ -24,7 +24,7 @@ class SceneError(NrchainError, ValueError):
 
     def __init__(self, key: str, value: object, allowed: str) -> None:
         self.key, self.value, self.allowed = key, value, allowed
-        given = " is not given" if value is NOT_GIVEN else f" = {_shorten(value)}"
+        given = " is not given" if value is NOT_GIVEN else f" = {shorten(value)}"
         super().__init__(f"{key}{given}: {allowed}")
 
 
@@ -40,7 +40,8 @@ class TrajectoryError(NrchainError, OSError):
     """A trajectory file that is missing, not ours, damaged, or would be overwritten."""
 
 
-def _shorten(value: object, limit: int = 80) -> str:
+def shorten(value: object, limit: int = 80) -> str:
+    """The value as messages show it."""
     try:
         text = repr(value)
     except ValueError:
