@@ -35,8 +35,11 @@ FEWEST = 4
 LARGEST_MISFIT = 0.3
 """What a wave may leave over of an open chain, relative to itself, for its rate to be believed."""
 
-NOISE = 10.0
-"""Tolerances of a run below which an amplitude is not that of a wave: steps leave it off by some."""
+NOISE = 3.0
+"""Tolerances of a run by which its steps leave an amplitude off: measured on decaying waves."""
+
+CLEAR = 30.0
+"""What an amplitude must be over that for its logarithm to be fitted."""
 
 CANDIDATES = 17
 """Ends of the transient that are tried, from the first snapshot to the middle one."""
@@ -75,7 +78,7 @@ class Wave:
         Whether the wave fits a periodic chain, so that A is its Fourier component and what is left
         over are other waves, which leave it as it is.
     noise
-        (T,) amplitude at and below which the tolerances of the run leave nothing certain.
+        (T,) by how much the tolerances of the run leave the amplitude uncertain.
     """
 
     time: Array
@@ -195,8 +198,9 @@ def rate(wave: Wave, start: float | None = None, *, most_misfit: float = LARGEST
     ``start`` is the time before which all is dropped as transient. When None, it is found: of
     starts up to the middle snapshot, the one that leaves the smallest standard error. Errors are
     those of the regression, for as many independent residuals as their correlation from one
-    snapshot to the next leaves. Of a wave that decays into what the tolerances of its run leave
-    uncertain, or grows out of it, only the snapshots above are used, the longest row of them.
+    snapshot to the next leaves, and those that the tolerances of the run make, all of one sign at
+    worst. Of a wave that decays into what these leave uncertain, or grows out of it, only the
+    snapshots well above are used, the longest row of them.
 
     On an open chain Λ is the rate of the shape in which the wave was found, and the ends have a
     part in that shape: where the wave leaves over more than ``most_misfit`` of itself, the rate
@@ -214,11 +218,14 @@ def rate(wave: Wave, start: float | None = None, *, most_misfit: float = LARGEST
     _number("most_misfit", most_misfit, most=math.inf)
     clear = _clear(wave)
     time, amplitude, left = wave.time[clear], wave.amplitude[clear], wave.misfit[clear]
+    uncertain = np.broadcast_to(wave.noise, wave.time.shape)[clear] / np.abs(amplitude)
     logarithm = np.log(np.abs(amplitude)) + 1j * np.unwrap(np.angle(amplitude))
 
     def fit(first: int) -> Rate:
         t, log = time[first:], logarithm[first:]
-        growth, frequency = _slope(t, log.real), _slope(t, log.imag)
+        x = t - t.mean()
+        most = float(np.abs(x) @ uncertain[first:] / (x @ x))
+        growth, frequency = _slope(t, log.real, most), _slope(t, log.imag, most)
         misfit = float(np.median(left[first:] / np.abs(amplitude[first:])))
         return Rate(growth, frequency, wave.wavenumber, float(t[0]), misfit, float(t[-1]))
 
@@ -439,9 +446,9 @@ def _stacked(values: NDArray) -> Array:
 
 
 def _clear(wave: Wave) -> slice:
-    """The longest row of snapshots in which the wave is above the noise of its run."""
+    """The longest row of snapshots in which the wave is well above the noise of its run."""
     size = np.abs(wave.amplitude)
-    above = np.concatenate([[False], size > wave.noise, [False]])
+    above = np.concatenate([[False], size > CLEAR * wave.noise, [False]])
     changes = np.flatnonzero(np.diff(above))
     rows = [slice(int(a), int(b)) for a, b in changes.reshape(-1, 2)]
     longest = max(rows, key=lambda row: row.stop - row.start, default=slice(0, 0))
@@ -450,9 +457,9 @@ def _clear(wave: Wave) -> slice:
     if not size.all():
         raise MeasurementError(f"the wave vanishes at t = {wave.time[size == 0.0][0]:.6g}")
     raise MeasurementError(
-        f"the wave, of {size.min():.2g} to {size.max():.2g}, is at or below what the tolerances of"
-        f" its run leave uncertain, {float(np.min(wave.noise)):.2g}, at all but"
-        f" {longest.stop - longest.start} snapshots in a row, where {FEWEST} are needed: lower"
+        f"the wave, of {size.min():.2g} to {size.max():.2g}, is well above the"
+        f" {float(np.min(wave.noise)):.2g} that the tolerances of its run leave uncertain in no more"
+        f" than {longest.stop - longest.start} snapshots in a row, and {FEWEST} are needed: lower"
         " run.atol and run.rtol, start from a larger amplitude, or take more snapshots"
     )
 
@@ -487,8 +494,8 @@ def _candidates(snapshots: int) -> NDArray[np.int_]:
     return np.unique(np.linspace(0, last, CANDIDATES).astype(int))
 
 
-def _slope(t: Array, y: Array) -> Estimate:
-    """The slope of a line through y(t), and its standard error.
+def _slope(t: Array, y: Array, systematic: float = 0.0) -> Estimate:
+    """The slope of a line through y(t), and its standard error beside a ``systematic`` one.
 
     Residuals that are alike from one snapshot to the next, with correlation ρ, count as
     n (1 − ρ)/(1 + ρ) independent ones.
@@ -498,7 +505,8 @@ def _slope(t: Array, y: Array) -> Estimate:
     rest = y - y.mean() - slope * x
     square = float(rest @ rest)
     if square == 0.0:
-        return Estimate(slope, 0.0)
+        return Estimate(slope, systematic)
     rho = min(max(float(rest[1:] @ rest[:-1]) / square, 0.0), 1.0)
     independent = max(n * (1.0 - rho) / (1.0 + rho), 3.0)
-    return Estimate(slope, math.sqrt(square / (independent - 2.0) / float(x @ x)))
+    scatter = math.sqrt(square / (independent - 2.0) / float(x @ x))
+    return Estimate(slope, math.hypot(scatter, systematic))

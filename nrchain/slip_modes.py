@@ -38,7 +38,7 @@ LARGEST_POWER = 64
 LARGEST_COEFFICIENT = 10**100
 
 _TABLE = "must be {(basis, power): coefficients}"
-_ROW = "must be a list of whole numbers, or fractions as text, of at most 1e100"
+_ROW = "coefficients must be a list of whole numbers, or fractions as text, of at most 1e100"
 _LABEL = re.compile(r"[0-9][0-9A-Za-z_]*")
 
 PairTable = dict[tuple[str, int], Polynomial]
