@@ -46,7 +46,6 @@ def shorten(value: object, limit: int = 80) -> str:
         text = repr(value)
     except ValueError:
         # Python spells out no integer of more than 4300 digits, in a list or by itself
-        text = (
-            hex(value) if isinstance(value, int) else f"a {type(value).__name__} of huge integers"
-        )
+        kind = type(value).__name__
+        text = hex(value) if isinstance(value, int) else f"a {kind} of huge integers"
     return text if len(text) <= limit else text[: limit - 1] + "…"

@@ -457,9 +457,9 @@ def _clear(wave: Wave) -> slice:
     if not size.all():
         raise MeasurementError(f"the wave vanishes at t = {wave.time[size == 0.0][0]:.6g}")
     raise MeasurementError(
-        f"the wave, of {size.min():.2g} to {size.max():.2g}, is well above the"
-        f" {float(np.min(wave.noise)):.2g} that the tolerances of its run leave uncertain in no more"
-        f" than {longest.stop - longest.start} snapshots in a row, and {FEWEST} are needed: lower"
+        f"the wave, of {size.min():.2g} to {size.max():.2g}, is well above what the tolerances of"
+        f" its run leave uncertain, {float(np.min(wave.noise)):.2g}, in no more than"
+        f" {longest.stop - longest.start} snapshots in a row, and {FEWEST} are needed: lower"
         " run.atol and run.rtol, start from a larger amplitude, or take more snapshots"
     )
 

@@ -157,7 +157,7 @@ class Scene(Section):
 
     @property
     def can_reach_all(self) -> bool:
-        """Whether the slip flows of all pairs have a sum, as that of a force over images has not."""
+        """Whether the slip flows of all pairs have a sum: that of a force has none over images."""
         flows = (
             slip_modes.find(label).flow()
             for label, slip in self.slip.modes.items()

@@ -22,6 +22,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from typing import Any
 
 from nrchain.errors import SceneError
 from nrchain.scene_rules import did_you_mean, flag, is_whole, line, whole
@@ -154,11 +155,10 @@ class SlipMode:
         return plain, sized
 
 
-def _polynomial(key: str, row: object) -> Polynomial:
+def _polynomial(key: str, row: Any) -> Polynomial:
     """The coefficients of a row, if floats hold what is made of them."""
     try:
-        given = () if isinstance(row, str) else tuple(row)  # type: ignore[arg-type]
-        p = tuple(Fraction(q) for q in given)
+        p = tuple(Fraction(q) for q in row)
     except (TypeError, ValueError, ArithmeticError):
         raise SceneError(key, row, _ROW) from None
     if isinstance(row, str) or any(abs(q) > LARGEST_COEFFICIENT for q in p):

@@ -114,7 +114,8 @@ def test_advice_says_when_the_target_is_out_of_reach():
 
 def test_a_chain_that_does_not_move_is_measured_too():
     advice = found(measured(0.0, 1.0), reference_error=0.0).advise(1e-4)
-    assert advice.reached and advice.error == 0.0
+    assert advice.reached
+    assert advice.error == 0.0
     assert advice.sure[0] == "no two runs differ: the chain does not move"
 
 

@@ -14,6 +14,16 @@ from nrchain.lattice import Branch, lattice_rates
 from nrchain.measure import MeasurementError
 
 D = 10.0
+MEASURES = [
+    "wave",
+    "rate",
+    "fit_shape",
+    "translation",
+    "spin",
+    "turned_angle",
+    "handedness",
+    "straightness",
+]
 
 
 def made_of(positions, time=None, frames=None, ends="free"):
@@ -330,11 +340,7 @@ def test_a_wave_below_the_tolerance_has_no_rate(of):
 
 
 @pytest.mark.parametrize("given", [None, 5, "x"])
-@pytest.mark.parametrize(
-    "name",
-    ["wave", "rate", "fit_shape", "translation", "spin", "turned_angle", "handedness"]
-    + ["straightness"],
-)
+@pytest.mark.parametrize("name", MEASURES)
 def test_what_is_no_trajectory_is_refused(name, given):
     with pytest.raises(MeasurementError, match="must be a"):
         getattr(measure, name)(given)
@@ -343,16 +349,16 @@ def test_what_is_no_trajectory_is_refused(name, given):
 def test_wrong_arguments_of_measures_are_named():
     trajectory = made_of(straight(8, 6), ends="periodic")
     for wavenumber in ("a", [0.1], 1j, math.nan, 10**400, True):
-        with pytest.raises(MeasurementError, match="^wavenumber = "):
+        with pytest.raises(MeasurementError, match=r"^wavenumber = "):
             measure.wave(trajectory, wavenumber)
     for start in ("a", [1], 1j, math.nan):
-        with pytest.raises(MeasurementError, match="^start = "):
+        with pytest.raises(MeasurementError, match=r"^start = "):
             measure.translation(trajectory, start)
     for kind in (None, ["y"], np.array(["y", "z"])):
-        with pytest.raises(MeasurementError, match="^kind = "):
+        with pytest.raises(MeasurementError, match=r"^kind = "):
             measure.wave(trajectory, kind=kind)
-        with pytest.raises(MeasurementError, match="^of = "):
+        with pytest.raises(MeasurementError, match=r"^of = "):
             measure.wave(trajectory, of=kind)
     wave = measure.wave(with_wave(2 * np.pi / 240, np.full(6, 0.1), "y"), kind="y")
-    with pytest.raises(MeasurementError, match="^most_misfit = "):
+    with pytest.raises(MeasurementError, match=r"^most_misfit = "):
         measure.rate(wave, most_misfit="x")
