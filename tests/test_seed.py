@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import nrchain
+from nrchain.cli import app
 from nrchain.paired import PairedRun
 from nrchain.regime import warnings
 from nrchain.seed import bending_folds, seed_of
@@ -87,3 +89,10 @@ def test_probes_follow_a_seed_below_their_own_tolerance():
     run = nrchain.simulate(scene)
     offset = float(np.abs(probe.poses[0][0][:, 1:]).max())
     assert offset == pytest.approx(largest_offset(run), rel=0.1)
+
+
+def test_the_command_tells_it_once(tmp_path):
+    changes = ("--set", "start.shape=straight", "--set", "run.snapshots=2")
+    told = CliRunner().invoke(app, ["run", "buckling", "-o", str(tmp_path), *changes])
+    assert told.exit_code == 0
+    assert (told.stdout + told.stderr).count("the start is straight") == 1
