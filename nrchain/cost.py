@@ -17,7 +17,7 @@ from typing import Any, Literal
 from nrchain.errors import SceneError
 from nrchain.run import simulate
 from nrchain.scene import Scene, load_scene
-from nrchain.timing import Measured, measure_all, run_timed
+from nrchain.timing import Measured, measure_all, prepare, run_timed
 from nrchain.trajectory import Trajectory
 
 Axis = Literal["stepping", "reach", "model"]
@@ -237,7 +237,7 @@ def _shortened(scene: Scene, allowed: float) -> Scene:
     """The scene up to a time that it reaches in about as many seconds as allowed."""
     snapshots = 9 if scene.chain.particles > LARGEST else SNAPSHOTS
     end = scene.run.end * 4.0**-8
-    run_timed(load_scene(scene, **{"run.end": end, "run.snapshots": 2}))  # compiles
+    prepare(scene)
     while True:
         short = load_scene(scene, **{"run.end": end, "run.snapshots": snapshots})
         trajectory, seconds, late = run_timed(short)

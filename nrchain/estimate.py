@@ -101,7 +101,9 @@ class Estimates:
     """All estimates of a scene, the wave whose growth is told, and what they took.
 
     ``evaluations`` are right-hand sides of all members of the probe together, ``own_evaluations``
-    those of the scene itself, up to the time ``probed``.
+    those of the scene itself, up to the time ``probed``; ``work`` is that of all together, in
+    right-hand sides of the scene, by count (:mod:`nrchain.nominal_cost`). ``stopped`` is whether
+    the run of the scene itself ends at ``probed``.
     """
 
     scene: Scene
@@ -109,7 +111,9 @@ class Estimates:
     estimates: list[Estimate]
     evaluations: int
     own_evaluations: int
+    work: float
     probed: float
+    stopped: bool
 
 
 def estimate_effects(
@@ -142,7 +146,14 @@ def estimate_effects(
     parts = [growth_of(scene, change, wave, own) for change in changes]
     found = [_estimate(scene, c, n + 1, probe, parts[n]) for n, c in enumerate(changes)]
     return Estimates(
-        scene, wave, found, sum(probe.evaluations), probe.evaluations[0], float(probe.times[-1])
+        scene,
+        wave,
+        found,
+        sum(probe.evaluations),
+        probe.evaluations[0],
+        probe.work,
+        float(probe.times[-1]),
+        0 in probe.stops,
     )
 
 
@@ -176,6 +187,7 @@ class _Probe:
     stops: dict[int, str]
     complete: bool
     evaluations: list[int]
+    work: float
 
 
 def _probe(scene: Scene, changes: list[Change], begin: Poses, budget: float, end: float) -> _Probe:
@@ -204,6 +216,7 @@ def _probe(scene: Scene, changes: list[Change], begin: Poses, budget: float, end
         {member: f"{stop.cause} at t = {stop.time:.3g}" for member, stop in run.stops.items()},
         bool(reached[-1] >= scene.run.end or 0 in run.stops),
         run.evaluations,
+        float(costs @ run.evaluations) / costs[0],
     )
 
 

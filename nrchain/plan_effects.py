@@ -1,7 +1,8 @@
 """What each effect of a scene does to its run and what it takes of its time, as a table.
 
-Contributions are those of :mod:`nrchain.estimate`. Costs are measured: the right-hand side of the
-scene, with and without the effect, with the products and solves that come with it.
+Contributions are those of :mod:`nrchain.estimate`, and no clock has a part in them. Costs are
+measured: the right-hand side of the scene, with and without the effect, with the products and
+solves that come with it, compiled beforehand.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ class EffectPlan:
     seconds
         What the run of the scene will take, about.
     probe
-        What the probe took.
+        The work of the probe over that of the run, by count.
     """
 
     estimates: Estimates
@@ -84,8 +85,9 @@ class EffectPlan:
             "end: how far a sphere ends, in radii, from where it would with the change; "
             "turned: its frame, in radians",
             "time: part of a right-hand side that the effect takes, or would add",
-            f"the probe, at tolerance {PROBE_TOLERANCE:g} to t = {self.estimates.probed:.4g}, took "
-            f"{self.probe:.2g} s; the run will take about {self.seconds:.2g} s",
+            f"the probe, at tolerance {PROBE_TOLERANCE:g} to t = {self.estimates.probed:.4g}, is "
+            f"{self.probe:.2g} times the work of the run, which will take about "
+            f"{self.seconds:.2g} s",
         ]
 
 
@@ -94,14 +96,13 @@ def plan_effects(scene: Scene, estimates: Estimates | None = None) -> EffectPlan
 
     Errors as for :func:`nrchain.estimate.estimate_effects`.
     """
-    began = clock.perf_counter()
     found = estimates or estimate_effects(scene)
-    probe = clock.perf_counter() - began
     own, *others = evaluation_times([scene, *(one.change.scene for one in found.estimates)])
     tighter = (min(scene.run.rtol, scene.run.atol) / PROBE_TOLERANCE) ** -ORDER
-    part = scene.run.end / max(found.probed, 1e-300)
-    seconds = found.own_evaluations * tighter * part * (own + LOOP)
-    return EffectPlan(found, own, others, seconds, probe)
+    part = 1.0 if found.stopped else scene.run.end / max(found.probed, 1e-300)
+    evaluations = found.own_evaluations * tighter * part
+    probe = found.work / evaluations if evaluations else 0.0
+    return EffectPlan(found, own, others, evaluations * (own + LOOP), probe)
 
 
 def evaluation_times(scenes: Sequence[Scene]) -> list[float]:

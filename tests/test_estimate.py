@@ -1,6 +1,8 @@
 """What is estimated of an effect before a run is what runs with and without it show."""
 
+import itertools
 import math
+import time
 
 import numpy as np
 import pytest
@@ -71,3 +73,17 @@ def test_a_table_of_effects_has_a_cell_for_every_column():
     assert all(len(row) == len(COLUMNS) for row in effects.rows())
     assert {row[0] for row in effects.rows()} > {"stretch", "+ friction between spheres"}
     assert any("tolerance 3e-05" in note for note in effects.notes())
+
+
+def test_a_plan_does_not_depend_on_the_clock(monkeypatch):
+    """A machine on which every look at the clock takes an hour foretells the same."""
+    scene = nrchain.load_scene("passive", **{"run.end": 1.0, "chain.particles": 6})
+    quick = plan_effects(scene)
+    hours = itertools.count(step=3600.0)
+    for name in ("perf_counter", "process_time", "monotonic", "time"):
+        monkeypatch.setattr(time, name, lambda: next(hours))
+    slow = plan_effects(scene)
+    assert slow.seconds > 3600.0
+    assert slow.estimates == quick.estimates
+    assert slow.probe == quick.probe
+    assert [row[:-1] for row in slow.rows()] == [row[:-1] for row in quick.rows()]
