@@ -18,7 +18,7 @@ integrated together with the full model on shared steps of loose tolerance
 more than the cheapest, less than the choice itself would, it is taken at once.
 
 A probe that would cost too much ends early: the distances are then carried on
-(:func:`nrchain.estimate.carry_on`), and the bound is an estimate beyond that time. In either case
+(:func:`carry_on`), and the bound is an estimate beyond that time. In either case
 the run compares the velocities of its set with those of the full model at every snapshot, and
 stops when they have come apart by more than :data:`nrchain.choice.BREACH` times what the probe
 found: a chain that coils brings distant spheres near.
@@ -34,7 +34,6 @@ import numpy as np
 from nrchain.choice import Choice, full_scene, velocity_difference
 from nrchain.effects.slip import active_modes
 from nrchain.errors import SceneError
-from nrchain.estimate import carry_on
 from nrchain.guard import Poses
 from nrchain.model import Model
 from nrchain.nominal_cost import Fluid, evaluation_cost
@@ -56,6 +55,9 @@ SAMPLES = 17
 
 LOOSEST, CLOSE = 3e-3, 0.03
 """Tolerance of the steps of a probe: this, or less as a part of the distance allowed."""
+
+FEWEST_SAMPLES = 4
+"""Samples that a difference must have been followed for before it is carried on by a fit."""
 
 FIRST = 1e-3
 """Part of the run after which sets are first compared with the full model."""
@@ -131,7 +133,6 @@ def _tried(
 ) -> tuple[Scene, Choice]:
     """Integrate all sets beside the full model, and take the cheapest that stays near it."""
     members = [full, *sets]
-    costs = np.array([evaluation_cost(one) for one in members])
     end = full.run.end
     even, early = np.linspace(0.0, end, SAMPLES)[1:], np.geomspace(FIRST * end, end, SAMPLES)[:-1]
     times = np.union1d(even, early)
@@ -140,17 +141,21 @@ def _tried(
     distances: list[list[float]] = [[0.0] for _ in members]
     velocities = [[_neglected(models, m, begin, full)] for m in range(len(members))]
     reached = [0.0]
-    for time in run.go(times):
-        reached.append(time)
+
+    def compare() -> None:
+        reached.append(run.time)
         for m in [m for m in run.members if m]:
             distances[m].append(max(apart(run.poses[m], run.poses[0], full.chain.radius)))
             velocities[m].append(_neglected(models, m, run.poses[m], full))
+
+    for time in run.go(times, budget):
+        compare()
         run.drop([m for m in run.members if m and distances[m][-1] * MARGIN > tolerance])
         if time >= SETTLED * end:
             near = [m for m in run.members if m and max(distances[m]) < SURE * tolerance]
             run.drop([m for m in run.members if near and m > near[0]])
-        if run.members == [0] or float(costs @ run.evaluations) > budget:
-            break
+    if run.time > reached[-1] and 0 in run.members:
+        compare()
     return _cheapest(tolerance, members, run, reached, distances, velocities)
 
 
@@ -172,7 +177,7 @@ def _cheapest(
         bound = max(distances[m])
         if probed < end and 0 not in run.stops:
             followed = np.array(reached), np.array(distances[m])
-            bound = max(bound, carry_on(*followed, end, np.inf, np.inf))
+            bound = max(bound, carry_on(*followed, end))
         bound *= MARGIN
         if bound <= tolerance:
             left_out = tuple(_left_out(full, members[m]))
@@ -191,3 +196,27 @@ def _left_out(full: Scene, chosen: Scene) -> Iterator[str]:
         yield "finite size"
     if chosen.friction.kind == "one-body":
         yield "friction between spheres"
+
+
+def carry_on(times: np.ndarray, values: np.ndarray, end: float) -> float:
+    """A difference followed over ``times`` from 0, carried on to ``end``.
+
+    Over the second half of what was followed, ln D is fitted by a line in t and by one in ln t. The
+    better one is followed: e^{st}, or t^p with p between 0 and 1, as of a drift. Differences that
+    shrink are kept as they are.
+    """
+    late = (times >= 0.5 * times[-1]) & (values > 0.0)
+    last = float(values[-1])
+    if np.count_nonzero(late) < FEWEST_SAMPLES or last <= 0.0:
+        return last * end / float(times[-1]) if times[-1] > 0.0 else last
+    logarithm = np.log(values[late])
+    fits = {}
+    for name, x in (("exponential", times[late]), ("power", np.log(times[late]))):
+        slope, shift = np.polyfit(x, logarithm, 1)
+        fits[name] = float(slope), float(np.square(logarithm - slope * x - shift).sum())
+    (rate, rough), (power, rougher) = fits["exponential"], fits["power"]
+    if rate <= 0.0:
+        return last
+    if rough < rougher and rate * times[-1] > 2.0:
+        return last * math.exp(min(rate * (end - float(times[-1])), 700.0))
+    return last * (end / float(times[-1])) ** min(max(power, 0.0), 1.0)

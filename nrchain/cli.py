@@ -190,6 +190,7 @@ def plan(
     console.print(table)
     effects = plan_effects(what)
     table = _table()
+    table.collapse_padding = True
     for name in COLUMNS:
         table.add_column(name, justify="left" if name == COLUMNS[0] else "right", no_wrap=True)
     for row in effects.rows():

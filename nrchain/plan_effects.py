@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nrchain.charts import ChartedChain
-from nrchain.estimate import PROBE_TOLERANCE, Estimate, Estimates, estimate_effects
+from nrchain.estimate import PROBE_TOLERANCE, RESOLUTION, Estimate, Estimates, estimate_effects
 from nrchain.model import Model
 from nrchain.nominal_cost import LOOP
 from nrchain.scene import Scene
@@ -62,11 +62,11 @@ class EffectPlan:
         ]
 
     def remarks(self) -> list[str]:
-        """How numbers were come by that are not those of a probe to the end."""
+        """Of which time the differences are that are not those of the end of the run."""
         return [
-            f"{_name(one)}: {one.stops or one.source}"
+            f"{_name(one)}: {one.stops or f'the end is not known, * is at t = {one.until:.4g}'}"
             for one in self.estimates.estimates
-            if one.stops or not one.is_probed
+            if one.stops or not one.ends
         ]
 
     def notes(self) -> list[str]:
@@ -83,7 +83,7 @@ class EffectPlan:
             "the start and at most on the way",
             growth,
             "end: how far a sphere ends, in radii, from where it would with the change; "
-            "turned: its frame, in radians",
+            "turned: its frame, in radians; where a run stops, at that time",
             "time: part of a right-hand side that the effect takes, or would add",
             f"the probe, at tolerance {PROBE_TOLERANCE:g} to t = {self.estimates.probed:.4g}, is "
             f"{self.probe:.2g} times the work of the run, which will take about "
@@ -145,22 +145,33 @@ def _evaluation(scene: Scene) -> Callable[[], None]:
 
 def _row(one: Estimate, own: float, other: float) -> tuple[str, ...]:
     drop = one.change.kind == "drop"
-    growth = "" if one.growth is None else _short(one.growth)
+    growth = "" if one.growth is None else _signed(one.growth)
     share = (own - other) / own if drop and own else (other - own) / own if own else 0.0
     return (
         _name(one),
-        f"{one.velocity:.2g}–{one.velocity_along:.2g}",
+        f"{_size(one.velocity)}–{_size(one.velocity_along)}",
         growth,
-        f"{one.displacement:.3g} a",
-        f"{one.turn:.2g}",
+        *(_end(one, value) for value in (one.displacement, one.turn)),
         f"{100.0 * share:+.0f} %",
     )
 
 
-def _short(value: float) -> str:
-    """Two digits, and an exponent without its zeros."""
-    digits, exponent = f"{value:+.1e}".split("e")
-    return f"{digits}e{int(exponent)}" if value else "0"
+def _end(one: Estimate, value: float) -> str:
+    """A difference at the end: marked if it is of another time, ? where there is none."""
+    if one.until == 0.0 or not math.isfinite(value):
+        return "?"
+    size = _size(value) if value == 0.0 or value >= RESOLUTION else f"<{_size(RESOLUTION)}"
+    return size + ("" if one.ends else "*")
+
+
+def _signed(value: float) -> str:
+    return ("+" if value > 0.0 else "") + _size(value)
+
+
+def _size(value: float) -> str:
+    """Two digits, and an exponent without its zeros where that is shorter."""
+    digits, exponent = f"{value:.1e}".split("e")
+    return min(f"{value:.2g}", f"{digits}e{int(exponent)}", key=len)
 
 
 def _name(one: Estimate) -> str:

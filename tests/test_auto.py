@@ -1,12 +1,13 @@
 """effects = "auto" keeps its tolerance, says what it left out, and stops when that grows."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import nrchain
-from nrchain.auto import choose, full_scene, ladder
+from nrchain.auto import carry_on, choose, full_scene, ladder
 from nrchain.choice import Choice, Watch
 from nrchain.errors import SceneError
 from nrchain.model import Model
@@ -99,3 +100,11 @@ def test_a_choice_is_watched_from_its_own_poses(quiet):
     bent = poses[0] + np.sin(np.arange(20))[:, None] * [0.0, 2.0, 0.0]
     with pytest.raises(Stop):
         Watch(scene, choice, Model(scene)).check(scene.run.end, (bent, poses[1]))
+
+
+def test_a_difference_is_carried_on_by_its_own_law():
+    times = np.linspace(0.0, 10.0, 41)
+    growing = 1e-3 * np.exp(0.5 * times)
+    assert carry_on(times, growing, 20.0) == pytest.approx(1e-3 * math.exp(10.0))
+    assert carry_on(times, 0.3 * times, 20.0) == pytest.approx(6.0)
+    assert carry_on(times, np.exp(-times), 20.0) == math.exp(-10.0)
