@@ -1,7 +1,8 @@
 """The cheapest set of effects whose neglected part is below a tolerance: ``effects = "auto"``.
 
 The full model of a chain is what the package can simulate of its hydrodynamics: the slip flows of
-all pairs, with their finite size where a mode has one, and friction between all spheres. A scene
+all pairs, with their finite size where a mode has one, the disturbance of a background flow by all
+spheres, and friction between all of them, where the scene allows it. A scene
 with ``effects = "auto"`` and ``tolerance = x`` is run with as little of that as keeps every sphere,
 at every snapshot, within x radii and x radians of the run of the full model. Elasticity, modes,
 steric repulsion and all else that the scene names are kept as they are.
@@ -28,17 +29,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
-from nrchain.choice import Choice, full_scene, velocity_difference
-from nrchain.effects.slip import active_modes
+from nrchain.choice import Choice, full_scene, missing_friction, velocity_difference
+from nrchain.effects.slip import reach_text
 from nrchain.errors import SceneError
 from nrchain.guard import Poses
 from nrchain.model import Model
 from nrchain.nominal_cost import Fluid, evaluation_cost
 from nrchain.paired import PairedRun, apart
 from nrchain.scene import Scene
+from nrchain.scene_changes import keys_that_differ, reaching
 from nrchain.start import starting_poses
 
 MARGIN = 1.1
@@ -80,14 +83,22 @@ def choose(
     if scene.effects != "auto" or scene.tolerance is None:
         raise SceneError("effects", scene.effects, "must be 'auto', with a tolerance")
     begin = starting_poses(scene, *(poses or (None, None)))
-    full = full_scene(scene)
+    chosen, choice = _chosen(scene.tolerance, full_scene(scene), begin, budget)
+    if missing := missing_friction(scene):
+        reason = f"{choice.reason}; friction between spheres is no part of it: {missing}"
+        choice = replace(choice, reason=reason)
+    sets = (f"{key} from {old!r} to {new!r}" for key, old, new in keys_that_differ(scene, chosen))
+    return chosen, replace(choice, end=scene.run.end, sets=tuple(sets))
+
+
+def _chosen(tolerance: float, full: Scene, begin: Poses, budget: float) -> tuple[Scene, Choice]:
     sets = ladder(full)
     if not sets or evaluation_cost(full) * (1.0 - PROBE_SHARE) < (
         evaluation_cost(full, sets[0]) * (1.0 + PROBE_SHARE)
     ):
         reason = "it costs no more than to find out what could be left out"
-        return full, Choice(scene.tolerance, (), 0.0, 0.0, (), (), reason)
-    return _tried(scene.tolerance, full, [one.applied(full) for one in sets], begin, budget)
+        return full, Choice(tolerance, (), 0.0, 0.0, (), (), reason)
+    return _tried(tolerance, full, [one.applied(full) for one in sets], begin, budget)
 
 
 def ladder(full: Scene) -> list[Fluid]:
@@ -121,8 +132,8 @@ def _subsets(full: Scene) -> Iterator[Fluid]:
         reaches.append(places)
         places *= 2
     sizes = sorted({whole.finite_size, False})
-    for friction in (math.inf, 0.0):
-        for reach in reaches if active_modes(full) else [whole.reach]:
+    for friction in sorted({whole.friction, 0.0}):
+        for reach in reaches if reaching(full) else [whole.reach]:
             for size in sizes:
                 if (one := Fluid(friction, reach, size)) != whole:
                     yield one
@@ -173,6 +184,9 @@ def _cheapest(
 ) -> tuple[Scene, Choice]:
     full, end = members[0], members[0].run.end
     probed = reached[-1]
+    if probed == 0.0:
+        reason = "a probe of what could be left out takes too long"
+        return full, Choice(tolerance, (), 0.0, 0.0, (), (), reason)
     for m in sorted(m for m in run.members if m):
         bound = max(distances[m])
         if probed < end and 0 not in run.stops:
@@ -191,10 +205,11 @@ def _cheapest(
 
 def _left_out(full: Scene, chosen: Scene) -> Iterator[str]:
     if chosen.slip.neighbours != full.slip.neighbours:
-        yield f"slip flows beyond {chosen.slip.neighbours} neighbours"
+        what = " and ".join(reaching(full))
+        yield f"{what} beyond {reach_text(chosen.slip.neighbours)}"
     if chosen.slip.finite_size != full.slip.finite_size:
         yield "finite size"
-    if chosen.friction.kind == "one-body":
+    if chosen.friction.kind != full.friction.kind:
         yield "friction between spheres"
 
 

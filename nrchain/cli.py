@@ -145,8 +145,8 @@ def run(
     from nrchain.scene import load_scene, parse_assignment
 
     what = load_scene(scene, **dict(parse_assignment(change) for change in changes or ()))
-    _warn(what, warnings(what))
     what, choice = _chosen(what)
+    _warn(what, warnings(what))
     names = ", ".join(effect.name for effect in acting(what)) or "none"
     _console().print(f"effects     {names}", soft_wrap=True)
     directory = output or Path("runs") / Path(scene).stem
@@ -203,12 +203,17 @@ def plan(
 
 @app.command()
 @_reporting()
-def resume(directory: Directory) -> None:
+def resume(
+    directory: Directory,
+    unwatched: Annotated[
+        bool, typer.Option("--unwatched", help="Go on although more is left out than foreseen.")
+    ] = False,
+) -> None:
     """Go on with a run that was killed or interrupted."""
     from nrchain.run import resume as go_on
 
     with _progress_bar(directory) as report:
-        trajectory = go_on(directory, progress=report)
+        trajectory = go_on(directory, unwatched=unwatched, progress=report)
     _finish(trajectory)
 
 

@@ -19,6 +19,7 @@ from nrchain.estimate import PROBE_TOLERANCE, RESOLUTION, Estimate, Estimates, e
 from nrchain.model import Model
 from nrchain.nominal_cost import LOOP
 from nrchain.scene import Scene
+from nrchain.scene_changes import Change, Refused, refused_changes
 from nrchain.start import starting_poses
 
 ORDER = 0.175
@@ -46,6 +47,8 @@ class EffectPlan:
         What the run of the scene will take, about.
     probe
         The work of the probe over that of the run, by count.
+    refused
+        The changes that the scene does not allow.
     """
 
     estimates: Estimates
@@ -53,21 +56,22 @@ class EffectPlan:
     others: list[float]
     seconds: float
     probe: float
+    refused: list[Refused]
 
     def rows(self) -> list[tuple[str, ...]]:
         """One row an effect, in the columns of :data:`COLUMNS`; those with + are left out."""
         return [
             _row(one, self.own, other)
             for one, other in zip(self.estimates.estimates, self.others, strict=True)
-        ]
+        ] + [(_name(one), "not possible", *[""] * (len(COLUMNS) - 2)) for one in self.refused]
 
     def remarks(self) -> list[str]:
         """Of which time the differences are that are not those of the end of the run."""
         return [
-            f"{_name(one)}: {one.stops or f'the end is not known, * is at t = {one.until:.4g}'}"
+            f"{_name(one.change)}: {one.stops or _unknown(one)}"
             for one in self.estimates.estimates
             if one.stops or not one.ends
-        ]
+        ] + [f"{_name(one)}: {one.reason}" for one in self.refused]
 
     def notes(self) -> list[str]:
         """What the columns mean, and what the numbers rest on."""
@@ -102,7 +106,8 @@ def plan_effects(scene: Scene, estimates: Estimates | None = None) -> EffectPlan
     part = 1.0 if found.stopped else scene.run.end / max(found.probed, 1e-300)
     evaluations = found.own_evaluations * tighter * part
     probe = found.work / evaluations if evaluations else 0.0
-    return EffectPlan(found, own, others, evaluations * (own + LOOP), probe)
+    seconds = evaluations * (own + LOOP)
+    return EffectPlan(found, own, others, seconds, probe, refused_changes(scene))
 
 
 def evaluation_times(scenes: Sequence[Scene]) -> list[float]:
@@ -148,7 +153,7 @@ def _row(one: Estimate, own: float, other: float) -> tuple[str, ...]:
     growth = "" if one.growth is None else _signed(one.growth)
     share = (own - other) / own if drop and own else (other - own) / own if own else 0.0
     return (
-        _name(one),
+        _name(one.change),
         f"{_size(one.velocity)}–{_size(one.velocity_along)}",
         growth,
         *(_end(one, value) for value in (one.displacement, one.turn)),
@@ -164,6 +169,10 @@ def _end(one: Estimate, value: float) -> str:
     return size + ("" if one.ends else "*")
 
 
+def _unknown(one: Estimate) -> str:
+    return f"what the end is like is not known; * is at t = {one.until:.4g}, where the probe ended"
+
+
 def _signed(value: float) -> str:
     return ("+" if value > 0.0 else "") + _size(value)
 
@@ -174,5 +183,5 @@ def _size(value: float) -> str:
     return min(f"{value:.2g}", f"{digits}e{int(exponent)}", key=len)
 
 
-def _name(one: Estimate) -> str:
-    return one.change.effect if one.change.kind == "drop" else f"+ {one.change.effect}"
+def _name(change: Change | Refused) -> str:
+    return change.effect if change.kind == "drop" else f"+ {change.effect}"

@@ -50,7 +50,7 @@ class Stub:
             self.fill(writer, range(self.reached or len(times)), progress)
         return Trajectory.open(output)
 
-    def resume(self, path, *, progress=None):
+    def resume(self, path, *, unwatched=False, progress=None):
         with TrajectoryWriter.reopen(path) as writer:
             self.scene = writer.scene
             begin = len(Trajectory.open(path).time)
