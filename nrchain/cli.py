@@ -174,8 +174,12 @@ def plan(
             "--set", metavar="KEY=VALUE", help="Change a key of the scene, such as slip.2s=50."
         ),
     ] = None,
+    budget: Annotated[
+        float, typer.Option(min=0.0, help="Work of the probes, in seconds counted, not timed.")
+    ] = 3.0,
 ) -> None:
     """Say what a scene's numbers foretell, and what each effect contributes and costs."""
+    from nrchain.estimate import estimate_effects
     from nrchain.plan import plan as foretell
     from nrchain.plan_effects import COLUMNS, plan_effects
     from nrchain.scene import load_scene, parse_assignment
@@ -188,7 +192,7 @@ def plan(
         table.add_row(line.quantity, line.value, line.meaning)
     console = _console()
     console.print(table)
-    effects = plan_effects(what)
+    effects = plan_effects(what, estimate_effects(what, budget=budget))
     table = _table()
     table.collapse_padding = True
     for name in COLUMNS:
@@ -311,6 +315,7 @@ def cost(
     if target is not None:
         check_target(target)
     what = load_scene(scene, **dict(parse_assignment(change) for change in changes or ()))
+    what, _ = _chosen(what)
     console = _console()
     with _console(stderr=True).status("") as status:
         found = work_precision(

@@ -202,7 +202,8 @@ def work_precision(
     """Measure error against wall time for a scene, by runs that take some ``budget`` seconds.
 
     The short runs cover the whole run where it takes less than 1.5 % of the budget, and else
-    as much of its beginning. ``progress`` is told what is being measured.
+    as much of its beginning. ``progress`` is told what is being measured. What a scene leaves to
+    ``effects = "auto"`` is chosen first.
 
     Raises :class:`~nrchain.errors.SceneError` for a budget that is not a number above 0, and for
     a scene that stops before the end of the short runs.
@@ -210,6 +211,10 @@ def work_precision(
     if not (math.isfinite(budget) and budget > 0):
         raise SceneError("budget", budget, "must be a finite number of seconds, more than 0")
     tell = progress or (lambda what: None)
+    if scene.effects == "auto":
+        from nrchain.auto import choose
+
+        scene, _ = choose(scene)
     tell("how much of the run fits the budget")
     short = _shortened(scene, PILOT_SHARE * budget)
     tell("the reference")

@@ -170,7 +170,7 @@ def _end(one: Estimate, value: float) -> str:
 
 
 def _unknown(one: Estimate) -> str:
-    return f"what the end is like is not known; * is at t = {one.until:.4g}, where the probe ended"
+    return f"* is at t = {one.until:.4g}, where the probe ended; the end is not known"
 
 
 def _signed(value: float) -> str:
@@ -180,7 +180,7 @@ def _signed(value: float) -> str:
 def _size(value: float) -> str:
     """Two digits, and an exponent without its zeros where that is shorter."""
     digits, exponent = f"{value:.1e}".split("e")
-    return min(f"{value:.2g}", f"{digits}e{int(exponent)}", key=len)
+    return min(f"{value:.2g}", f"{digits.removesuffix('.0')}e{int(exponent)}", key=len)
 
 
 def _name(change: Change | Refused) -> str:

@@ -204,6 +204,8 @@ def test_plan_writes_nothing_and_warns(tmp_path, stub, monkeypatch):
     assert "warning: out of the beam limit" in result.stderr
     assert stub.scene is None
     assert not any(tmp_path.iterdir())
+    early = call("plan", "buckling", "--set", "chain.particles=8", "--budget", "0.01")
+    assert "where the probe ended; the end is not known" in early.stdout
     assert_refused(call("plan", "bucklin"), "did you mean 'buckling'")
 
 
@@ -215,6 +217,7 @@ def test_effects_chosen_for_a_tolerance_are_told(tmp_path, stub):
     assert "0.01 allowed" in result.stdout
     assert stub.scene.effects == "named"
     assert Trajectory.open(tmp_path).choice.left_out == ("friction between spheres",)
+    assert "left out friction between spheres" in call("plan", "passive", *changes).stdout
     assert_refused(call("plan", "passive", "--set", "effects=auto"), "tolerance")
 
 
