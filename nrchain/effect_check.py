@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from nrchain.arguments import finite_array, rotations
 from nrchain.effects.base import Effect
 from nrchain.effects.registry import acting, effects
 from nrchain.errors import SceneError
@@ -64,9 +65,10 @@ def check_effect(
     if effect not in effects():
         raise SceneError("effect", effect, "must be registered first, with register_effect")
     what = _scene(effect, scene)
-    poses = _bent(what)
-    if positions is not None and frames is not None:
-        poses = np.asarray(positions, float), np.asarray(frames, float)
+    if (positions is None) != (frames is None):
+        missing = "positions" if positions is None else "frames"
+        raise SceneError(missing, None, "must be given with the other half of the poses")
+    poses = _bent(what) if positions is None else _given(what, positions, frames)
     check = _Check(effect, what, poses)
     return check.derivative() | check.energy() | check.motions() | check.balance()
 
@@ -80,6 +82,11 @@ def _scene(effect: type[Effect], given: Scene | Mapping[str, Any] | None) -> Sce
         allowed = "must be a scene, or changes to one, in which the effect acts: give it an example"
         raise SceneError(f"effect {effect.name}: scene", given.to_mapping(), allowed)
     return given
+
+
+def _given(scene: Scene, positions: Any, frames: Any) -> Poses:
+    points = finite_array("positions", positions, (scene.chain.particles, 3))
+    return points, rotations(frames, len(points))
 
 
 def _bent(scene: Scene) -> Poses:

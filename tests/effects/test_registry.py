@@ -318,6 +318,14 @@ def test_it_passes_the_check_that_users_have(effect):
         assert ("energy" in found) == (effect.energy is not None)
 
 
+def test_poses_to_check_at_are_whole(spring):
+    positions, frames = random_chain(COUNT)
+    with pytest.raises(SceneError, match="frames = None"):
+        nrchain.check_effect(spring, positions=positions)
+    with pytest.raises(SceneError, match="positions"):
+        nrchain.check_effect(spring, positions=positions[:2], frames=frames[:2])
+
+
 def wrong(**attributes):
     return type("Spring", (Spring,), attributes)
 
