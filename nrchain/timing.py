@@ -12,10 +12,13 @@ import numpy as np
 
 from nrchain.errors import SceneError
 from nrchain.run import Progress, simulate
-from nrchain.scene import Scene
+from nrchain.scene import Scene, load_scene
 from nrchain.trajectory import Trajectory
 
 REPEATS = 5
+
+FIRST_STEPS = 3
+"""Steps by which everything that a run compiles has been called."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +69,11 @@ def distance(trajectory: Trajectory, reference: Trajectory) -> tuple[float, floa
     return float(apart.max() / radius), float(np.arctan2(sine, cosine).max())
 
 
+def prepare(scene: Scene) -> None:
+    """Take a few steps, so that the kernels of a scene are compiled before anything is timed."""
+    simulate(load_scene(scene, **{"run.max_steps": FIRST_STEPS}))
+
+
 def run_timed(scene: Scene) -> tuple[Trajectory, float, float]:
     """A run in memory, its wall time in seconds, and the part of it in the second half of t."""
     half = 0.0
@@ -101,6 +109,7 @@ def measure_all(
         if skip and skip(name, found):
             continue
         try:
+            prepare(scene)
             trajectory, took, late = run_timed(scene)
         except SceneError as error:
             if error.key != "run.integrator":
