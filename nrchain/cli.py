@@ -146,8 +146,8 @@ def run(
     from nrchain.scene import load_scene, parse_assignment
 
     what = load_scene(scene, **dict(parse_assignment(change) for change in changes or ()))
-    _warn(what, warnings(what))
     what, choice = _chosen(what)
+    _warn(what, warnings(what))
     names = ", ".join(effect.name for effect in acting(what)) or "none"
     _console().print(f"effects     {names}", soft_wrap=True)
     directory = output or Path("runs") / Path(scene).stem
@@ -175,8 +175,12 @@ def plan(
             "--set", metavar="KEY=VALUE", help="Change a key of the scene, such as slip.2s=50."
         ),
     ] = None,
+    budget: Annotated[
+        float, typer.Option(min=0.0, help="Work of the probes, in seconds counted, not timed.")
+    ] = 3.0,
 ) -> None:
     """Say what a scene's numbers foretell, and what each effect contributes and costs."""
+    from nrchain.estimate import estimate_effects
     from nrchain.plan import plan as foretell
     from nrchain.plan_effects import COLUMNS, plan_effects
     from nrchain.scene import load_scene, parse_assignment
@@ -189,8 +193,9 @@ def plan(
         table.add_row(line.quantity, line.value, line.meaning)
     console = _console()
     console.print(table)
-    effects = plan_effects(what)
+    effects = plan_effects(what, estimate_effects(what, budget=budget))
     table = _table()
+    table.collapse_padding = True
     for name in COLUMNS:
         table.add_column(name, justify="left" if name == COLUMNS[0] else "right", no_wrap=True)
     for row in effects.rows():
@@ -203,12 +208,17 @@ def plan(
 
 @app.command()
 @_reporting()
-def resume(directory: Directory) -> None:
+def resume(
+    directory: Directory,
+    unwatched: Annotated[
+        bool, typer.Option("--unwatched", help="Go on although more is left out than foreseen.")
+    ] = False,
+) -> None:
     """Go on with a run that was killed or interrupted."""
     from nrchain.run import resume as go_on
 
     with _progress_bar(directory) as report:
-        trajectory = go_on(directory, progress=report)
+        trajectory = go_on(directory, unwatched=unwatched, progress=report)
     _finish(trajectory)
 
 
@@ -306,6 +316,7 @@ def cost(
     if target is not None:
         check_target(target)
     what = load_scene(scene, **dict(parse_assignment(change) for change in changes or ()))
+    what, _ = _chosen(what)
     console = _console()
     with _console(stderr=True).status("") as status:
         found = work_precision(

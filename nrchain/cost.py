@@ -17,7 +17,7 @@ from typing import Any, Literal
 from nrchain.errors import SceneError
 from nrchain.scene import Scene, load_scene
 from nrchain.start import starting_poses
-from nrchain.timing import Measured, measure_all, run_timed, simulate_quietly
+from nrchain.timing import Measured, measure_all, prepare, run_timed, simulate_quietly
 from nrchain.trajectory import Trajectory
 
 Axis = Literal["stepping", "reach", "model"]
@@ -204,7 +204,8 @@ def work_precision(
     """Measure error against wall time for a scene, by runs that take some ``budget`` seconds.
 
     The short runs cover the whole run where it takes less than 1.5 % of the budget, and else
-    as much of its beginning. ``progress`` is told what is being measured.
+    as much of its beginning. ``progress`` is told what is being measured. What a scene leaves to
+    ``effects = "auto"`` is chosen first.
 
     Raises :class:`~nrchain.errors.SceneError` for a budget that is not a number above 0, and for
     a scene that is refused, or stops before the end of the short runs.
@@ -213,6 +214,10 @@ def work_precision(
         raise SceneError("budget", budget, "must be a finite number of seconds, more than 0")
     starting_poses(scene)
     tell = progress or (lambda what: None)
+    if scene.effects == "auto":
+        from nrchain.auto import choose
+
+        scene, _ = choose(scene)
     tell("how much of the run fits the budget")
     short = _shortened(scene, PILOT_SHARE * budget)
     tell("the reference")
@@ -240,7 +245,7 @@ def _shortened(scene: Scene, allowed: float) -> Scene:
     """The scene up to a time that it reaches in about as many seconds as allowed."""
     snapshots = 9 if scene.chain.particles > LARGEST else SNAPSHOTS
     end = scene.run.end * 4.0**-8
-    run_timed(load_scene(scene, **{"run.end": end, "run.snapshots": 2}))  # compiles
+    prepare(scene)
     while True:
         short = load_scene(scene, **{"run.end": end, "run.snapshots": snapshots})
         trajectory, seconds, late = run_timed(short)

@@ -340,11 +340,21 @@ def _output_file(output: str | Path) -> Path:
     return path / FILE_NAME
 
 
-def resume(path: str | Path, *, progress: Callable[[Progress], None] | None = None) -> Trajectory:
+def resume(
+    path: str | Path,
+    *,
+    unwatched: bool = False,
+    progress: Callable[[Progress], None] | None = None,
+) -> Trajectory:
     """Go on with a run that was killed or interrupted, from its last checkpoint to its end.
 
     The result is that of the uninterrupted run, bit for bit. A run that is complete is returned
     as it is. The budget of the scene holds for what is new.
+
+    A run keeps its effects to its end. One that stopped because of what ``effects = "auto"`` left
+    out goes on with ``unwatched`` alone: no bound is kept from there on, and its ``choice`` says
+    so. Raises :class:`~nrchain.errors.TrajectoryError` without it, with the keys that name what is
+    left out: a run of the scene with those is another run.
     """
     done = Trajectory.open(path)
     if done.status == "completed":
@@ -352,9 +362,17 @@ def resume(path: str | Path, *, progress: Callable[[Progress], None] | None = No
     begin = done.latest_checkpoint()
     if begin is None:
         raise TrajectoryError(f"{done.path}: was killed before it began; run its scene again")
-    with deferred() as interruption, TrajectoryWriter.reopen(path) as writer:
+    choice = done.choice
+    if done.cause is Cause.NEGLECTED and not unwatched:
+        raise TrajectoryError(
+            f"{done.path}: stopped {done.reason}. As it is, and without a bound, it goes on with"
+            " unwatched = True (nrchain resume --unwatched)"
+        )
+    if unwatched and choice is not None:
+        choice = replace(choice, watched_until=min(choice.watched_until, float(done.time[-1])))
+    with deferred() as interruption, TrajectoryWriter.reopen(path, choice=choice) as writer:
         repeated = done.counters["steps"]
-        run = _Run(done.scene, writer, progress, interruption, begin, repeated, done.choice)
+        run = _Run(done.scene, writer, progress, interruption, begin, repeated, choice)
         _finish(writer, run.go())
     return Trajectory.open(path)
 

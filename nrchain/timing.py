@@ -7,16 +7,20 @@ import time as clock
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from statistics import median
+from typing import Any
 from warnings import catch_warnings
 
 import numpy as np
 
 from nrchain.errors import SceneError, SceneWarning
 from nrchain.run import Progress, simulate
-from nrchain.scene import Scene
+from nrchain.scene import Scene, load_scene
 from nrchain.trajectory import Trajectory
 
 REPEATS = 5
+
+FIRST_STEPS = 3
+"""Steps by which everything that a run compiles has been called."""
 
 
 @dataclass(frozen=True)
@@ -67,12 +71,15 @@ def distance(trajectory: Trajectory, reference: Trajectory) -> tuple[float, floa
     return float(apart.max() / radius), float(np.arctan2(sine, cosine).max())
 
 
-def simulate_quietly(
-    scene: Scene, progress: Callable[[Progress], None] | None = None
-) -> Trajectory:
+def simulate_quietly(scene: Scene, **options: Any) -> Trajectory:
     """A run in memory, without warnings of settings that are tried to be measured."""
     with catch_warnings(action="ignore", category=SceneWarning):
-        return simulate(scene, progress=progress)
+        return simulate(scene, **options)
+
+
+def prepare(scene: Scene) -> None:
+    """Take a few steps, so that the kernels of a scene are compiled before anything is timed."""
+    simulate_quietly(load_scene(scene, **{"run.max_steps": FIRST_STEPS}))
 
 
 def run_timed(scene: Scene) -> tuple[Trajectory, float, float]:
@@ -85,7 +92,7 @@ def run_timed(scene: Scene) -> tuple[Trajectory, float, float]:
             half = progress.wall_time
 
     began = clock.perf_counter()
-    trajectory = simulate_quietly(scene, watch)
+    trajectory = simulate_quietly(scene, progress=watch)
     seconds = clock.perf_counter() - began
     return trajectory, seconds, 1.0 - half / seconds
 
@@ -111,6 +118,7 @@ def measure_all(
         if skip and skip(name, found):
             continue
         try:
+            prepare(scene)
             trajectory, took, late = run_timed(scene)
         except SceneError as error:
             if error.key not in ("run.integrator", "run.atol"):

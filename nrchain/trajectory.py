@@ -150,10 +150,16 @@ class TrajectoryWriter:
         self._attach(path)
 
     @classmethod
-    def reopen(cls, path: str | Path) -> Self:
-        """Go on with the file of a run that was killed or stopped, marking it as running again."""
+    def reopen(cls, path: str | Path, choice: Choice | None = None) -> Self:
+        """Go on with the file of a run that was killed or stopped, marking it as running again.
+
+        ``choice`` is written over the one in the file, if it differs.
+        """
         writer = cls.__new__(cls)
         writer._attach(h5md.locate(path))
+        if choice is not None and choice != _choice(writer._file):
+            with h5md.refusing(writer.path, "cannot be written"):
+                writer._file[h5md.CHOICE][()] = choice.to_json()
         writer._set_status("running")
         return writer
 
