@@ -11,12 +11,14 @@ if TYPE_CHECKING:
     from nrchain.api import active_wrenches, elastic_energy, elastic_wrenches
     from nrchain.decomposition import Contributions, contribution_sizes, contributions
     from nrchain.description import describe
+    from nrchain.effect_check import check_effect
     from nrchain.effects.base import Effect, OneBodyEffect
     from nrchain.effects.registry import register_effect, unregister_effect
     from nrchain.errors import (
         BackendError,
         NrchainError,
         SceneError,
+        SceneWarning,
         TrajectoryError,
     )
     from nrchain.lattice import (
@@ -43,6 +45,7 @@ _HOMES = {
     "Contributions": "nrchain.decomposition",
     "contribution_sizes": "nrchain.decomposition",
     "contributions": "nrchain.decomposition",
+    "check_effect": "nrchain.effect_check",
     "Effect": "nrchain.effects.base",
     "OneBodyEffect": "nrchain.effects.base",
     "register_effect": "nrchain.effects.registry",
@@ -50,6 +53,7 @@ _HOMES = {
     "BackendError": "nrchain.errors",
     "NrchainError": "nrchain.errors",
     "SceneError": "nrchain.errors",
+    "SceneWarning": "nrchain.errors",
     "TrajectoryError": "nrchain.errors",
     "Branch": "nrchain.lattice",
     "lattice_operator": "nrchain.lattice",
@@ -83,12 +87,14 @@ __all__ = [
     "Rod",
     "Scene",
     "SceneError",
+    "SceneWarning",
     "Section",
     "Slip",
     "SlipMode",
     "Trajectory",
     "TrajectoryError",
     "active_wrenches",
+    "check_effect",
     "contribution_sizes",
     "contributions",
     "describe",

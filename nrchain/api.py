@@ -57,7 +57,8 @@ def active_wrenches(
     Raises
     ------
     SceneError
-        For input of the wrong shape, non-finite numbers, unknown modes and coincident spheres.
+        For input of the wrong shape, non-finite numbers, unknown modes and coincident spheres, and
+        where what is computed leaves the range of floats.
     BackendError
         When PyStokes is missing, of an unknown release, or fails its self-check.
 
@@ -72,12 +73,25 @@ def active_wrenches(
     reach = max(len(r) - 1, 1) if neighbours == "all" else neighbours
     slips = given_slips(slip, len(r))
     _refuse_coincident(r, reach)
-    if backend == "native":
-        twists = _native(slips, r, e, reach, a, corrected)
-    else:
-        twists = _through_pystokes(slips, r, e, neighbours, a, eta, corrected)
-    gamma = 6 * math.pi * eta * a
-    return gamma * twists[:, :3], gamma * (4 * a * a / 3) * twists[:, 3:]
+    with np.errstate(all="ignore"):
+        try:
+            if backend == "native":
+                twists = _native(slips, r, e, reach, a, corrected)
+            else:
+                twists = _through_pystokes(slips, r, e, neighbours, a, eta, corrected)
+        except OverflowError:
+            twists = np.full((len(r), 6), np.inf)
+        gamma = 6 * math.pi * eta * a
+        forces, torques = gamma * twists[:, :3], gamma * (4 * a * a / 3) * twists[:, 3:]
+    return _in_range("forces", forces), _in_range("torques", torques)
+
+
+def _in_range(name: str, computed: np.ndarray) -> np.ndarray:
+    """What was computed, unless numbers left the range of floats on the way."""
+    if not np.isfinite(computed).all():
+        allowed = "with these numbers they leave the range of floating point; choose units nearer 1"
+        raise SceneError(name, "NaN or inf", allowed)
+    return computed
 
 
 def _refuse_coincident(positions: np.ndarray, reach: int) -> None:
@@ -188,13 +202,21 @@ def elastic_wrenches(
     forces, torques
         (N, 3) each, lab frame. On an open chain both sum to nothing, torques about the origin
         included.
+
+    Raises
+    ------
+    SceneError
+        For input of the wrong shape, numbers that are not finite or out of bounds, and where what
+        is computed leaves the range of floats.
     """
     r, e, elasticity = _read_chain(
         positions, frames, spacing, stretch, shear, twist, bend, ends, measure
     )
     wrenches = np.zeros((len(r), 6))
-    elasticity.add_wrenches(r, e, wrenches)
-    return wrenches[:, :3].copy(), wrenches[:, 3:].copy()
+    with np.errstate(all="ignore"):
+        elasticity.add_wrenches(r, e, wrenches)
+    forces, torques = wrenches[:, :3].copy(), wrenches[:, 3:].copy()
+    return _in_range("forces", forces), _in_range("torques", torques)
 
 
 def elastic_energy(
@@ -211,9 +233,11 @@ def elastic_energy(
 ) -> float:
     """V = Σ_links (stretch + shear + twist + bend) of the elastic chain (paper, Appendix B).
 
-    Arguments as for :func:`elastic_wrenches`.
+    Arguments and errors as for :func:`elastic_wrenches`.
     """
     r, e, elasticity = _read_chain(
         positions, frames, spacing, stretch, shear, twist, bend, ends, measure
     )
-    return elasticity.energy(r, e)
+    with np.errstate(all="ignore"):
+        energy = elasticity.energy(r, e)
+    return float(_in_range("energy", np.array(energy)))

@@ -1,7 +1,8 @@
 """The cheapest set of effects whose neglected part is below a tolerance: ``effects = "auto"``.
 
 The full model of a chain is what the package can simulate of its hydrodynamics: the slip flows of
-all pairs, with their finite size where a mode has one, and friction between all spheres. A scene
+all pairs, with their finite size where a mode has one, the disturbance of a background flow by all
+spheres, and friction between all of them, where the scene allows it. A scene
 with ``effects = "auto"`` and ``tolerance = x`` is run with as little of that as keeps every sphere,
 at every snapshot, within x radii and x radians of the run of the full model. Elasticity, modes,
 steric repulsion and all else that the scene names are kept as they are.
@@ -18,7 +19,7 @@ integrated together with the full model on shared steps of loose tolerance
 more than the cheapest, less than the choice itself would, it is taken at once.
 
 A probe that would cost too much ends early: the distances are then carried on
-(:func:`nrchain.estimate.carry_on`), and the bound is an estimate beyond that time. In either case
+(:func:`carry_on`), and the bound is an estimate beyond that time. In either case
 the run compares the velocities of its set with those of the full model at every snapshot, and
 stops when they have come apart by more than :data:`nrchain.choice.BREACH` times what the probe
 found: a chain that coils brings distant spheres near.
@@ -28,18 +29,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
-from nrchain.choice import Choice, full_scene, velocity_difference
-from nrchain.effects.slip import active_modes
+from nrchain.choice import Choice, full_scene, missing_friction, velocity_difference
+from nrchain.effects.slip import reach_text
 from nrchain.errors import SceneError
-from nrchain.estimate import carry_on
 from nrchain.guard import Poses
 from nrchain.model import Model
 from nrchain.nominal_cost import Fluid, evaluation_cost
 from nrchain.paired import PairedRun, apart
 from nrchain.scene import Scene
+from nrchain.scene_changes import keys_that_differ, reaching
 from nrchain.start import starting_poses
 
 MARGIN = 1.1
@@ -56,6 +58,9 @@ SAMPLES = 17
 
 LOOSEST, CLOSE = 3e-3, 0.03
 """Tolerance of the steps of a probe: this, or less as a part of the distance allowed."""
+
+FEWEST_SAMPLES = 4
+"""Samples that a difference must have been followed for before it is carried on by a fit."""
 
 FIRST = 1e-3
 """Part of the run after which sets are first compared with the full model."""
@@ -78,14 +83,22 @@ def choose(
     if scene.effects != "auto" or scene.tolerance is None:
         raise SceneError("effects", scene.effects, "must be 'auto', with a tolerance")
     begin = starting_poses(scene, *(poses or (None, None)))
-    full = full_scene(scene)
+    chosen, choice = _chosen(scene.tolerance, full_scene(scene), begin, budget)
+    if missing := missing_friction(scene):
+        reason = f"{choice.reason}; friction between spheres is no part of it: {missing}"
+        choice = replace(choice, reason=reason)
+    sets = (f"{key} from {old!r} to {new!r}" for key, old, new in keys_that_differ(scene, chosen))
+    return chosen, replace(choice, end=scene.run.end, sets=tuple(sets))
+
+
+def _chosen(tolerance: float, full: Scene, begin: Poses, budget: float) -> tuple[Scene, Choice]:
     sets = ladder(full)
     if not sets or evaluation_cost(full) * (1.0 - PROBE_SHARE) < (
         evaluation_cost(full, sets[0]) * (1.0 + PROBE_SHARE)
     ):
         reason = "it costs no more than to find out what could be left out"
-        return full, Choice(scene.tolerance, (), 0.0, 0.0, (), (), reason)
-    return _tried(scene.tolerance, full, [one.applied(full) for one in sets], begin, budget)
+        return full, Choice(tolerance, (), 0.0, 0.0, (), (), reason)
+    return _tried(tolerance, full, [one.applied(full) for one in sets], begin, budget)
 
 
 def ladder(full: Scene) -> list[Fluid]:
@@ -119,8 +132,8 @@ def _subsets(full: Scene) -> Iterator[Fluid]:
         reaches.append(places)
         places *= 2
     sizes = sorted({whole.finite_size, False})
-    for friction in (math.inf, 0.0):
-        for reach in reaches if active_modes(full) else [whole.reach]:
+    for friction in sorted({whole.friction, 0.0}):
+        for reach in reaches if reaching(full) else [whole.reach]:
             for size in sizes:
                 if (one := Fluid(friction, reach, size)) != whole:
                     yield one
@@ -131,7 +144,6 @@ def _tried(
 ) -> tuple[Scene, Choice]:
     """Integrate all sets beside the full model, and take the cheapest that stays near it."""
     members = [full, *sets]
-    costs = np.array([evaluation_cost(one) for one in members])
     end = full.run.end
     even, early = np.linspace(0.0, end, SAMPLES)[1:], np.geomspace(FIRST * end, end, SAMPLES)[:-1]
     times = np.union1d(even, early)
@@ -140,17 +152,21 @@ def _tried(
     distances: list[list[float]] = [[0.0] for _ in members]
     velocities = [[_neglected(models, m, begin, full)] for m in range(len(members))]
     reached = [0.0]
-    for time in run.go(times):
-        reached.append(time)
+
+    def compare() -> None:
+        reached.append(run.time)
         for m in [m for m in run.members if m]:
             distances[m].append(max(apart(run.poses[m], run.poses[0], full.chain.radius)))
             velocities[m].append(_neglected(models, m, run.poses[m], full))
+
+    for time in run.go(times, budget):
+        compare()
         run.drop([m for m in run.members if m and distances[m][-1] * MARGIN > tolerance])
         if time >= SETTLED * end:
             near = [m for m in run.members if m and max(distances[m]) < SURE * tolerance]
             run.drop([m for m in run.members if near and m > near[0]])
-        if run.members == [0] or float(costs @ run.evaluations) > budget:
-            break
+    if run.time > reached[-1] and 0 in run.members:
+        compare()
     return _cheapest(tolerance, members, run, reached, distances, velocities)
 
 
@@ -168,11 +184,14 @@ def _cheapest(
 ) -> tuple[Scene, Choice]:
     full, end = members[0], members[0].run.end
     probed = reached[-1]
+    if probed == 0.0:
+        reason = "a probe of what could be left out takes too long"
+        return full, Choice(tolerance, (), 0.0, 0.0, (), (), reason)
     for m in sorted(m for m in run.members if m):
         bound = max(distances[m])
         if probed < end and 0 not in run.stops:
             followed = np.array(reached), np.array(distances[m])
-            bound = max(bound, carry_on(*followed, end, np.inf, np.inf))
+            bound = max(bound, carry_on(*followed, end))
         bound *= MARGIN
         if bound <= tolerance:
             left_out = tuple(_left_out(full, members[m]))
@@ -186,8 +205,33 @@ def _cheapest(
 
 def _left_out(full: Scene, chosen: Scene) -> Iterator[str]:
     if chosen.slip.neighbours != full.slip.neighbours:
-        yield f"slip flows beyond {chosen.slip.neighbours} neighbours"
+        what = " and ".join(reaching(full))
+        yield f"{what} beyond {reach_text(chosen.slip.neighbours)}"
     if chosen.slip.finite_size != full.slip.finite_size:
         yield "finite size"
-    if chosen.friction.kind == "one-body":
+    if chosen.friction.kind != full.friction.kind:
         yield "friction between spheres"
+
+
+def carry_on(times: np.ndarray, values: np.ndarray, end: float) -> float:
+    """A difference followed over ``times`` from 0, carried on to ``end``.
+
+    Over the second half of what was followed, ln D is fitted by a line in t and by one in ln t. The
+    better one is followed: e^{st}, or t^p with p between 0 and 1, as of a drift. Differences that
+    shrink are kept as they are.
+    """
+    late = (times >= 0.5 * times[-1]) & (values > 0.0)
+    last = float(values[-1])
+    if np.count_nonzero(late) < FEWEST_SAMPLES or last <= 0.0:
+        return last * end / float(times[-1]) if times[-1] > 0.0 else last
+    logarithm = np.log(values[late])
+    fits = {}
+    for name, x in (("exponential", times[late]), ("power", np.log(times[late]))):
+        slope, shift = np.polyfit(x, logarithm, 1)
+        fits[name] = float(slope), float(np.square(logarithm - slope * x - shift).sum())
+    (rate, rough), (power, rougher) = fits["exponential"], fits["power"]
+    if rate <= 0.0:
+        return last
+    if rough < rougher and rate * times[-1] > 2.0:
+        return last * math.exp(min(rate * (end - float(times[-1])), 700.0))
+    return last * (end / float(times[-1])) ** min(max(power, 0.0), 1.0)

@@ -242,10 +242,9 @@ class ChartedChain:
         self.time, self.drift, self.spin = float(time), np.array(drift, float), float(spin)
         self.base_positions = np.array(positions, float)
         self.base_frames = np.array(frames, float)
-        # clamped spheres go nowhere, and stay where they are to the last bit
-        self._origin = np.zeros(3)
-        if not self.model.held.any():
-            self._origin = self.base_positions.mean(axis=0)
+        held = self.model.held
+        at = self.base_positions
+        self._origin = at[np.argmax(held)].copy() if held.any() else at.mean(axis=0)
         self._near = self.base_positions - self._origin
         self._positions[:], self._frames[:] = self._near, frames
 
@@ -268,7 +267,10 @@ class ChartedChain:
     def poses(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Positions (N, 3) and frames (N, 3, 3) at coordinates y; frames may be overwritten."""
         near, frames = self._poses_near(time, y)
-        return near + (self._origin + self.drift * (time - self.time)), frames
+        positions = near + (self._origin + self.drift * (time - self.time))
+        # clamped spheres go nowhere, and stay where they are to the last bit
+        positions[self.model.held] = self.base_positions[self.model.held]
+        return positions, frames
 
     def _poses_near(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """As :meth:`poses`, with positions about an origin that drifts with the base."""

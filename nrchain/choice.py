@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict, dataclass
 from typing import Any, Self
 
 import numpy as np
 
 from nrchain.effects.base import largest_velocity
-from nrchain.effects.slip import active_modes
+from nrchain.errors import SceneError
 from nrchain.guard import Poses
 from nrchain.model import Model
 from nrchain.outcome import Cause, Stop
 from nrchain.scene import Scene, load_scene
-from nrchain.scene_changes import has_finite_size
+from nrchain.scene_changes import has_finite_size, keys_that_differ, reaching
 
 BREACH = 2.0
 """Neglected velocities above this many times those of the probe break the bound."""
@@ -24,6 +25,10 @@ CHECKS = 10
 
 WINDOW = 0.1
 """Part of a run within which the velocities of the probe are taken for those of a time."""
+
+
+FRICTION = {"friction.kind": "pairwise", "friction.neighbours": "all"}
+"""The keys of friction between all spheres."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,13 @@ class Choice:
         Largest neglected |Δv|/a or |Δω| of a sphere along the probe, by its times.
     reason
         Why this set, in words.
+    end
+        The end of the run that the choice was made for.
+    sets
+        Every key that was given another value than it had in the scene, with both.
+    watched_until
+        The time from which on nobody has looked whether the bound holds: that at which a run was
+        resumed unwatched.
     """
 
     tolerance: float
@@ -54,6 +66,9 @@ class Choice:
     times: tuple[float, ...]
     velocities: tuple[float, ...]
     reason: str
+    end: float = 0.0
+    sets: tuple[str, ...] = ()
+    watched_until: float = math.inf
 
     def to_json(self) -> str:
         return json.dumps(asdict(self), ensure_ascii=False)
@@ -61,20 +76,30 @@ class Choice:
     @classmethod
     def from_json(cls, text: str) -> Self:
         table = json.loads(text)
-        lists = {name: tuple(table[name]) for name in ("left_out", "times", "velocities")}
+        lists = {
+            name: tuple(table.get(name, ())) for name in ("left_out", "times", "velocities", "sets")
+        }
         return cls(**(table | lists))
 
     def lines(self) -> list[str]:
-        """What was chosen and what it neglects, in sentences."""
-        if not self.left_out:
-            return [f"effects chosen: the full model; {self.reason}"]
-        how = "" if not self.times or self.probed >= self.times[-1] else "an estimate beyond "
-        how = f" ({how}t = {self.probed:.4g})" if how else ""
-        return [
-            f"effects chosen: left out {', '.join(self.left_out)}; {self.reason}",
-            f"neglected: at most {self.bound:.2g} radii or radians from the full model{how}, "
-            f"{self.tolerance:g} allowed",
-        ]
+        """What was chosen, which keys that sets and what it neglects, in sentences."""
+        chosen = f"left out {', '.join(self.left_out)}" if self.left_out else "the full model"
+        told = [f"effects chosen: {chosen}; {self.reason}"]
+        if self.sets:
+            told.append(f"keys set by it: {', '.join(self.sets)}")
+        if self.left_out:
+            how = f"to t = {self.probed:.4g}"
+            if self.probed < self.end:
+                how = f"an estimate beyond t = {self.probed:.4g}, to which the probe went"
+            told.append(
+                f"neglected: at most {self.bound:.2g} radii or radians from the full model ({how}),"
+                f" {self.tolerance:g} allowed"
+            )
+        if math.isfinite(self.watched_until):
+            told.append(
+                f"not watched from t = {self.watched_until:.4g} on: no bound is known there"
+            )
+        return told
 
     def allowed(self, time: float, end: float) -> float:
         """The neglected velocity, in radii or radians per unit time, that breaks the bound.
@@ -90,11 +115,25 @@ class Choice:
 
 
 def full_scene(scene: Scene) -> Scene:
-    """The scene with all its hydrodynamics: all pairs, finite size, friction between spheres."""
+    """The scene with all its hydrodynamics: all pairs, finite size, friction between spheres.
+
+    Without the latter where the scene allows none: see :func:`missing_friction`.
+    """
     keys: dict[str, Any] = {"effects": "named", "tolerance": None}
-    if active_modes(scene):
+    if reaching(scene):
         keys |= {"slip.neighbours": "all", "slip.finite_size": has_finite_size(scene)}
-    return load_scene(scene, **keys, **{"friction.kind": "pairwise", "friction.neighbours": "all"})
+    if missing_friction(scene):
+        return load_scene(scene, **keys)
+    return load_scene(scene, **keys, **FRICTION)
+
+
+def missing_friction(scene: Scene) -> str:
+    """Why the full model of a scene has no friction between spheres; empty if it has."""
+    try:
+        load_scene(scene, effects="named", tolerance=None, **FRICTION)
+    except SceneError as error:
+        return str(error)
+    return ""
 
 
 class Watch:
@@ -104,10 +143,13 @@ class Watch:
     """
 
     def __init__(self, scene: Scene, choice: Choice | None, model: Model) -> None:
-        self._choice = choice if choice and choice.left_out else None
+        watched = choice and choice.left_out and math.isinf(choice.watched_until)
+        self._choice = choice if watched else None
         if self._choice:
             self._end, self._radius = scene.run.end, scene.chain.radius
-            self._models = model, Model(full_scene(scene))
+            full = full_scene(scene)
+            self._models = model, Model(full)
+            self._remedy = as_keys(scene, full)
             self._next = 0.0
 
     def check(self, time: float, poses: Poses) -> None:
@@ -122,8 +164,14 @@ class Watch:
                 Cause.NEGLECTED,
                 time,
                 f"what is left out moves a sphere by {found:.3g} radii or radians per unit time, "
-                f"and {allowed:.3g} was foreseen",
+                f"and {allowed:.3g} was foreseen; {self._remedy} names it, in place of "
+                "effects = 'auto'",
             )
+
+
+def as_keys(scene: Scene, other: Scene) -> str:
+    """The keys that make of one scene the other, as a scene in Python names them."""
+    return " and ".join(f"{key} = {new!r}" for key, _, new in keys_that_differ(scene, other))
 
 
 def velocity_difference(model: Model, other: Model, poses: Poses, radius: float) -> float:

@@ -15,13 +15,14 @@ from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
+from warnings import catch_warnings
 
 import typer
 from rich.table import Table
 from typer.core import TyperGroup
 
 from nrchain import __version__
-from nrchain.errors import NrchainError, TrajectoryError
+from nrchain.errors import NrchainError, SceneWarning, TrajectoryError
 from nrchain.interruption import INTERRUPTED
 from nrchain.terminal import complain, console, let_go, show, spell_out
 
@@ -163,12 +164,16 @@ def run(
     from nrchain.scene import load_scene, parse_assignment
 
     what = load_scene(scene, **dict(parse_assignment(change) for change in changes or ()))
-    _warn(what, warnings(what))
     what, choice = _chosen(what)
+    _warn(what, warnings(what))
     names = ", ".join(effect.name for effect in acting(what)) or "none"
     _mention(f"effects     {names}", soft_wrap=True)
     directory = output or Path("runs") / Path(scene).stem
-    with made(directory), _progress_bar(directory) as report:
+    with (
+        made(directory),
+        _progress_bar(directory) as report,
+        catch_warnings(action="ignore", category=SceneWarning),
+    ):
         trajectory = simulate(
             what,
             output=directory / FILE_NAME,
@@ -191,8 +196,12 @@ def plan(
             "--set", metavar="KEY=VALUE", help="Change a key of the scene, such as slip.2s=50."
         ),
     ] = None,
+    budget: Annotated[
+        float, typer.Option(min=0.0, help="Work of the probes, in seconds counted, not timed.")
+    ] = 3.0,
 ) -> None:
     """Say what a scene's numbers foretell, and what each effect contributes and costs."""
+    from nrchain.estimate import estimate_effects
     from nrchain.plan import plan as foretell
     from nrchain.plan_effects import COLUMNS, plan_effects
     from nrchain.scene import load_scene, parse_assignment
@@ -204,8 +213,9 @@ def plan(
     for line in found.lines:
         table.add_row(line.quantity, line.value, line.meaning)
     _show(table)
-    effects = plan_effects(what)
+    effects = plan_effects(what, estimate_effects(what, budget=budget))
     table = _table()
+    table.collapse_padding = True
     for name in COLUMNS:
         table.add_column(name, justify="left" if name == COLUMNS[0] else "right", no_wrap=True)
     for row in effects.rows():
@@ -217,12 +227,17 @@ def plan(
 
 @app.command()
 @_reporting()
-def resume(directory: Directory) -> None:
+def resume(
+    directory: Directory,
+    unwatched: Annotated[
+        bool, typer.Option("--unwatched", help="Go on although more is left out than foreseen.")
+    ] = False,
+) -> None:
     """Go on with a run that was killed or interrupted."""
     from nrchain.run import resume as go_on
 
     with _progress_bar(directory) as report:
-        trajectory = go_on(directory, progress=report)
+        trajectory = go_on(directory, unwatched=unwatched, progress=report)
     _finish(trajectory)
 
 
@@ -324,6 +339,7 @@ def cost(
     if target is not None:
         check_target(target)
     what = load_scene(scene, **dict(parse_assignment(change) for change in changes or ()))
+    what, _ = _chosen(what)
     with console(stderr=True).status("") as status:
         found = work_precision(
             what, budget=budget, progress=lambda stage: status.update(f"measuring {stage}")

@@ -15,9 +15,9 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from nrchain.errors import SceneError
-from nrchain.run import simulate
 from nrchain.scene import Scene, load_scene
-from nrchain.timing import Measured, measure_all, run_timed
+from nrchain.start import starting_poses
+from nrchain.timing import Measured, measure_all, prepare, run_timed, simulate_quietly
 from nrchain.trajectory import Trajectory
 
 Axis = Literal["stepping", "reach", "model"]
@@ -166,7 +166,9 @@ class WorkPrecision:
         return Advice(target, point, bool(good), error, self.whole_run(point.measured), sure)
 
     def _sureness(self, point: Point, error: float, target: float) -> Iterator[str]:
-        if error * MARGIN <= target:
+        if not error:
+            yield "no two runs differ: the chain does not move"
+        elif error * MARGIN <= target:
             yield f"the error is below the target by a factor of {target / error:.2g}"
         else:
             yield (
@@ -207,14 +209,20 @@ def work_precision(
     """Measure error against wall time for a scene, by runs that take some ``budget`` seconds.
 
     The short runs cover the whole run where it takes less than 1.5 % of the budget, and else
-    as much of its beginning. ``progress`` is told what is being measured.
+    as much of its beginning. ``progress`` is told what is being measured. What a scene leaves to
+    ``effects = "auto"`` is chosen first.
 
     Raises :class:`~nrchain.errors.SceneError` for a budget that is not a number above 0, and for
-    a scene that stops before the end of the short runs.
+    a scene that is refused, or stops before the end of the short runs.
     """
     if not (math.isfinite(budget) and budget > 0):
         raise SceneError("budget", budget, "must be a finite number of seconds, more than 0")
+    starting_poses(scene)
     tell = progress or (lambda what: None)
+    if scene.effects == "auto":
+        from nrchain.auto import choose
+
+        scene, _ = choose(scene)
     unlimited = load_scene(scene, **dict.fromkeys(LIMITS))
     tell("how much of the run fits the budget")
     short = _shortened(unlimited, PILOT_SHARE * budget)
@@ -230,7 +238,7 @@ def work_precision(
         tell("reach of the slip, hydrodynamic model")
         for axis, settings in _levels(short).items():
             scenes = {name: load_scene(short, **change) for name, change in settings.items()}
-            full = simulate(list(scenes.values())[-1])
+            full = simulate_quietly(list(scenes.values())[-1])
             if full.status != "completed":
                 skipped.append(f"{axis}: with {list(scenes)[-1]} the run stops {full.reason}")
                 continue
@@ -243,7 +251,7 @@ def _shortened(scene: Scene, allowed: float) -> Scene:
     """The scene up to a time that it reaches in about as many seconds as allowed."""
     snapshots = 9 if scene.chain.particles > LARGEST else SNAPSHOTS
     end = scene.run.end * 4.0**-8
-    run_timed(load_scene(scene, **{"run.end": end, "run.snapshots": 2}))  # compiles
+    prepare(scene)
     while True:
         short = load_scene(scene, **{"run.end": end, "run.snapshots": snapshots})
         trajectory, seconds, late = run_timed(short)
@@ -268,7 +276,7 @@ def _reference(short: Scene) -> tuple[Trajectory, str, float]:
     """The reference, what it is, and how far an independent run is from it."""
     scheme, tolerance = REFERENCE
     while True:
-        reference = simulate(_stepper(short, scheme, tolerance))
+        reference = simulate_quietly(_stepper(short, scheme, tolerance))
         if reference.status == "completed" or tolerance > 1e-10:
             break
         tolerance *= 10.0
@@ -276,6 +284,10 @@ def _reference(short: Scene) -> tuple[Trajectory, str, float]:
         found = measure_all({"": _stepper(short, *other)}, reference, repeats=1)
         if found:
             break
+    else:
+        loosest = max(tolerance for _, tolerance in SECOND_OPINION)
+        allowed = f"must be resolved at {loosest:g}, where an independent run is compared"
+        raise SceneError("start.amplitude", short.start.amplitude, allowed)
     return reference, f"{scheme} at {tolerance:.0e}", found[""].error
 
 
@@ -306,9 +318,10 @@ def _levels(short: Scene) -> dict[Axis, dict[str, Changes]]:
     while modes and reach <= min(short.chain.particles - 2, LONGEST_REACH):
         axes["reach"][f"{reach} neighbour{'s' * (reach > 1)}"] = {"slip.neighbours": reach}
         reach *= 2
-    axes["reach"]["all pairs"] = {"slip.neighbours": "all"}
+    if short.can_reach_all:
+        axes["reach"]["all pairs"] = {"slip.neighbours": "all"}
     level: Changes = {}
-    if modes and short.slip.neighbours != "all":
+    if modes and short.slip.neighbours != "all" and short.can_reach_all:
         level = level | {"slip.neighbours": "all"}
         axes["model"]["all pairs"] = level
     if "2s" in modes and not short.slip.finite_size:

@@ -12,6 +12,7 @@ from nrchain.effects.registry import effects
 from nrchain.effects.slip import active_modes, reach_text
 from nrchain.regime import warnings
 from nrchain.scene import Scene, Slip
+from nrchain.scene_changes import reaching
 from nrchain.scene_sections import ElasticitySpec, FrictionSpec, SlipSpec, StartSpec
 
 Row = tuple[str, str]
@@ -103,7 +104,8 @@ def _inert_slip(scene: Scene) -> list[Row]:
         if label not in acting and mode.axis != Slip(0.0).axis:
             rows.append((f"{SlipSpec.key(label)}.axis", f"the strength of {label} is 0"))
     if not acting:
-        changed = (n for n in slip.spellings() if getattr(slip, n) != getattr(SlipSpec(), n))
+        inert = [n for n in slip.spellings() if n != "neighbours" or not reaching(scene)]
+        changed = (n for n in inert if getattr(slip, n) != getattr(SlipSpec(), n))
         rows += [(slip.key(name), "no mode has a strength") for name in changed]
     elif slip.finite_size and not any(_has_finite_size(label) for label in acting):
         rows.append(("slip.finite_size", f"the flow of {', '.join(acting)} has no such correction"))

@@ -24,8 +24,12 @@ class SceneError(NrchainError, ValueError):
 
     def __init__(self, key: str, value: object, allowed: str) -> None:
         self.key, self.value, self.allowed = key, value, allowed
-        given = " is not given" if value is NOT_GIVEN else f" = {_shorten(value)}"
+        given = " is not given" if value is NOT_GIVEN else f" = {shorten(value)}"
         super().__init__(f"{key}{given}: {allowed}")
+
+
+class SceneWarning(UserWarning):
+    """A scene that is simulated as it is, and may not show what it was made for."""
 
 
 class BackendError(NrchainError, RuntimeError):
@@ -36,6 +40,12 @@ class TrajectoryError(NrchainError, OSError):
     """A trajectory file that is missing, not ours, damaged, or would be overwritten."""
 
 
-def _shorten(value: object, limit: int = 80) -> str:
-    text = repr(value)
+def shorten(value: object, limit: int = 80) -> str:
+    """The value as messages show it."""
+    try:
+        text = repr(value)
+    except ValueError:
+        # Python spells out no integer of more than 4300 digits, in a list or by itself
+        kind = type(value).__name__
+        text = hex(value) if isinstance(value, int) else f"a {kind} of huge integers"
     return text if len(text) <= limit else text[: limit - 1] + "…"

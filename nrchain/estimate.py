@@ -1,16 +1,19 @@
 """D = max |r − r′|/a at the end of a run, with an effect and without: estimated before it runs.
 
-Three sources, of which every estimate says which it rests on:
+Three sources, each with what it is good for:
 
 - the velocities (v, ω) of the scene with and without the effect at the same poses, at the start
   and along the probe: exact there;
 - the growth rate of bending waves of the infinite chain with and without it, from its lattice
   operator: exact for small amplitudes, far from the ends;
-- a probe: the scene and its changes integrated together on steps of loose tolerance
-  (:mod:`nrchain.paired`), whose differences are good to some percent, at a fourth to a sixth of
-  the steps of the run for each. It covers the whole span if its budget allows, and otherwise the
-  first part, from which the difference is carried on by its own growth, no faster than the lattice
-  allows and no farther than the chain can bend.
+- a probe: the scene and one of its changes at a time, integrated together on steps of loose
+  tolerance (:mod:`nrchain.paired`), whose differences are good to some percent. Each change has a
+  probe of its own, so that one which makes the chain stiff or tears it apart holds up no other.
+
+A probe ends where the run does, where one of the two stops, or where its part of a budget, which
+is counted in right-hand sides and never in seconds, is spent. The difference is that of the time
+it reached, and that time is told: what is beyond is not known before the run, as a difference
+grows, saturates and shrinks by laws of its own.
 """
 
 from __future__ import annotations
@@ -32,22 +35,19 @@ from nrchain.scene import Scene
 from nrchain.scene_changes import Change, changes_of
 from nrchain.start import starting_poses
 
-PROBE_TOLERANCE = 3e-5
-"""Of the steps of a probe: it tells differences of some 1e-5 radii, see the study ``effects``."""
+PROBE_TOLERANCE, RESOLUTION = 3e-6, 1e-4
+"""Of the steps of a probe, and the least difference, in radii and radians, that it tells from none:
+see the study ``effects``. What the steps leave out cancels only where poses agree."""
 
-PROBE_BUDGET = 2.0
+PROBE_BUDGET = 3.0
 """Nominal seconds that the probes of a plan may take together."""
 
+OWN_SHARE, PASSES = 0.1, 3
+"""Part of it for the scene by itself, and how often what some probes leave over goes to others."""
+
 SAMPLES, EARLY = 17, 8
-"""Times at which members of a probe are compared, the start among them; the first interval is
-divided once more, and halved so many times, so that a difference is seen before a run that lacks an
-effect stops, and a probe its budget ends has something to be carried on from."""
-
-FEWEST_SAMPLES = 4
-"""Samples that a difference must have been followed for before it is carried on."""
-
-BEND = 0.25
-"""Part of its length by which a chain that bends can be expected to get apart from another."""
+"""Times along the run at which velocities are compared, the start among them; the first interval
+is divided once more, and halved so many times, so that a chain that starts fast is seen."""
 
 
 @dataclass(frozen=True)
@@ -64,13 +64,13 @@ class Estimate:
         has no plane waves.
     displacement, turn
         Largest distance in radii, and angle in radians, between spheres of the two runs at the
-        end: of the scene if its run is expected to stop.
+        time ``until``.
     until
-        The time they are estimated for.
-    probed
-        The time up to which the probe followed both; beyond it ``displacement`` is carried on.
+        The end of the run, the time at which one of the two stops, or as far as the probe went.
+    ends
+        Whether one of the two runs ends there; if not, what is beyond is not known.
     stops
-        Why one of the two is expected to stop before; empty if neither is.
+        Why one of the two is expected to stop before the end; empty if neither is.
     """
 
     change: Change
@@ -80,36 +80,26 @@ class Estimate:
     displacement: float
     turn: float
     until: float
-    probed: float
+    ends: bool
     stops: str
-
-    @property
-    def is_probed(self) -> bool:
-        """Whether the probe followed both runs to the time they are estimated for."""
-        return self.probed >= self.until
-
-    @property
-    def source(self) -> str:
-        """How ``displacement`` was made."""
-        if self.is_probed:
-            return "probe"
-        return f"probe to t = {self.probed:.3g}, carried on"
 
 
 @dataclass(frozen=True)
 class Estimates:
     """All estimates of a scene, the wave whose growth is told, and what they took.
 
-    ``evaluations`` are right-hand sides of all members of the probe together, ``own_evaluations``
-    those of the scene itself, up to the time ``probed``.
+    ``own_evaluations`` are the right-hand sides of the scene by itself up to the time ``probed``,
+    and ``stopped`` is whether its run ends there before its time; ``work`` is that of all probes,
+    in right-hand sides of the scene, by count (:mod:`nrchain.nominal_cost`).
     """
 
     scene: Scene
     wave: float | None
     estimates: list[Estimate]
-    evaluations: int
     own_evaluations: int
+    work: float
     probed: float
+    stopped: bool
 
 
 def estimate_effects(
@@ -136,14 +126,19 @@ def estimate_effects(
     """
     changes = changes_of(scene) if changes is None else changes
     begin = starting_poses(scene, *(poses or (None, None)))
-    probe = _probe(scene, changes, begin, budget, end or scene.run.end)
+    end = scene.run.end if end is None else end
+    own = PairedRun([scene], begin, PROBE_TOLERANCE)
+    velocities = _velocities(own, [change.scene for change in changes], end, OWN_SHARE * budget)
+    pairs = [PairedRun([scene, change.scene], begin, PROBE_TOLERANCE) for change in changes]
+    _follow(pairs, end, budget - own.work)
     wave = fastest_wave(scene)
-    own = growth_at(scene, wave)
-    parts = [growth_of(scene, change, wave, own) for change in changes]
-    found = [_estimate(scene, c, n + 1, probe, parts[n]) for n, c in enumerate(changes)]
-    return Estimates(
-        scene, wave, found, sum(probe.evaluations), probe.evaluations[0], float(probe.times[-1])
-    )
+    growth = growth_at(scene, wave)
+    found = [
+        _estimate(change, along, growth_of(scene, change, wave, growth), pair)
+        for change, along, pair in zip(changes, velocities, pairs, strict=True)
+    ]
+    work = (own.work + sum(pair.work for pair in pairs)) / evaluation_cost(scene)
+    return Estimates(scene, wave, found, own.evaluations[0], work, own.time, 0 in own.stops)
 
 
 def fastest_wave(scene: Scene) -> float | None:
@@ -165,92 +160,54 @@ def bending_growth(scene: Scene, waves: np.ndarray) -> np.ndarray | None:
     return rates[..., [Branch.BEND_PLUS, Branch.BEND_MINUS]].real.max(axis=-1)
 
 
-@dataclass
-class _Probe:
-    """Differences (samples, members) from the reference; NaN after a member has ended."""
-
-    times: np.ndarray
-    distances: np.ndarray
-    turns: np.ndarray
-    velocities: np.ndarray
-    stops: dict[int, str]
-    complete: bool
-    evaluations: list[int]
-
-
-def _probe(scene: Scene, changes: list[Change], begin: Poses, budget: float, end: float) -> _Probe:
-    scenes = [scene, *(change.scene for change in changes)]
-    times = np.linspace(0.0, end, SAMPLES)
-    costs = np.array([evaluation_cost(one) for one in scenes])
+def _velocities(
+    run: PairedRun, others: list[Scene], end: float, budget: float
+) -> list[tuple[float, float]]:
+    """Largest |Δv|/a or |Δω| against each of the others, at the start and along a run."""
+    scene, times = run.scenes[0], np.linspace(0.0, end, SAMPLES)
     early = times[1] * np.union1d(np.arange(1, EARLY) / EARLY, 0.5 ** np.arange(1, EARLY))
-    due = np.concatenate([early, times[1:]])
-    radius = scene.chain.radius
-    run = PairedRun(scenes, begin, PROBE_TOLERANCE)
-    models = run.models
-    rows = [_compare(run, models, radius)]
-    for _ in run.go(due):
-        rows.append(_compare(run, models, radius))
-        if float(costs @ run.evaluations) > budget:
-            break
-    if 0 in run.stops and run.time > rows[-1][0]:
-        rows.append(_compare(run, models, radius))
-    reached = np.array([row[0] for row in rows])
-    table = np.array([row[1] for row in rows])
-    return _Probe(
-        reached,
-        table[..., 0],
-        table[..., 1],
-        table[..., 2],
-        {member: f"{stop.cause} at t = {stop.time:.3g}" for member, stop in run.stops.items()},
-        bool(reached[-1] >= scene.run.end or 0 in run.stops),
-        run.evaluations,
-    )
+    models = [Model(other) for other in others]
+
+    def differences() -> list[float]:
+        poses, radius = run.poses[0], scene.chain.radius
+        with np.errstate(all="ignore"):
+            own = run.models[0].twists(*poses)
+            return [largest_velocity(m.twists(*poses) - own, radius) / radius for m in models]
+
+    rows = [differences()]
+    rows += [differences() for _ in run.go(np.concatenate([early, times[1:]]), budget)]
+    if run.time < end:
+        rows.append(differences())
+    return list(zip(rows[0], np.fmax.reduce(rows).tolist(), strict=True))
 
 
-def _compare(run: PairedRun, models: list[Model], radius: float) -> tuple[float, np.ndarray]:
-    """The time reached, and for each member its distance, turn and velocity difference."""
-    row = np.full((len(models), 3), np.nan)
-    with np.errstate(all="ignore"):
-        own = models[0].twists(*run.poses[0])
-        others = [model.twists(*run.poses[0]) for model in models]
-    for member, other in enumerate(others):
-        row[member, 2] = largest_velocity(other - own, radius) / radius
-        if member in run.members and 0 in run.members:
-            row[member, :2] = apart(run.poses[member], run.poses[0], radius)
-    return run.time, row
+def _follow(pairs: list[PairedRun], end: float, budget: float) -> None:
+    """Take each pair to the end, or as far as its share of the budget for all of them goes."""
+    left, going = budget, pairs
+    for _ in range(PASSES):
+        if not going or left <= 0.0:
+            return
+        before = sum(pair.work for pair in going)
+        for pair in going:
+            for _ in pair.go([end], left / len(going)):
+                pass
+        left -= sum(pair.work for pair in going) - before
+        going = [pair for pair in going if pair.time < end and not pair.stops]
 
 
 def _estimate(
-    scene: Scene, change: Change, member: int, probe: _Probe, growth: float | None
+    change: Change, velocities: tuple[float, float], growth: float | None, pair: PairedRun
 ) -> Estimate:
-    followed = np.isfinite(probe.distances[:, member])
-    last = int(np.flatnonzero(followed)[-1])
-    probed, distance = float(probe.times[last]), float(probe.distances[last, member])
-    turn, until = float(probe.turns[last, member]), probed
-    if not probe.complete and member not in probe.stops:
-        until = scene.run.end
-        distances = probe.distances[: last + 1, member]
-        limit = _fastest_growth(scene, change.scene)
-        most = BEND * scene.length / scene.chain.radius
-        distance = carry_on(probe.times[: last + 1], distances, until, limit, most)
-        turns = probe.turns[: last + 1, member]
-        turn = min(carry_on(probe.times[: last + 1], turns, until, limit, math.pi), math.pi)
+    until, own, other = pair.parted.get(1, (pair.time, pair.poses[0], pair.poses[1]))
     stops = [
-        f"{who} stops: {probe.stops[m]}"
-        for m, who in ((0, "the scene"), (member, _described(change)))
-        if m in probe.stops
+        f"{who} stops: {pair.stops[m].cause} at t = {pair.stops[m].time:.3g}"
+        for m, who in ((0, "the scene"), (1, _described(change)))
+        if m in pair.stops
     ]
-    return Estimate(
-        change,
-        float(probe.velocities[0, member]),
-        float(np.nanmax(probe.velocities[:, member])),
-        growth,
-        distance,
-        turn,
-        until,
-        probed,
-        "; ".join(stops),
-    )
+    ends = bool(stops) or until >= pair.scenes[0].run.end
+    with np.errstate(all="ignore"):
+        distance, turn = apart(own, other, pair.scenes[0].chain.radius)
+    return Estimate(change, *velocities, growth, distance, turn, until, ends, "; ".join(stops))
 
 
 def _described(change: Change) -> str:
@@ -275,40 +232,3 @@ def growth_at(scene: Scene, wave: float | None) -> float | None:
     """Re Λ of the faster bending branch at one q; None without plane waves."""
     rates = None if wave is None else bending_growth(scene, np.array([wave]))
     return None if rates is None else float(rates[0])
-
-
-def _fastest_growth(*scenes: Scene) -> float:
-    """The fastest growth of bending that a lattice operator allows; infinite without waves."""
-    d, count = scenes[0].chain.spacing, scenes[0].chain.particles
-    waves = np.linspace(math.pi / (count * d), math.pi / d, WAVENUMBERS)
-    rates = [bending_growth(scene, waves) for scene in scenes]
-    if any(found is None for found in rates):
-        return math.inf
-    return max(0.0, *(float(found.max()) for found in rates if found is not None))
-
-
-def carry_on(
-    times: np.ndarray, values: np.ndarray, end: float, fastest: float, most: float
-) -> float:
-    """A difference followed over ``times`` from 0, carried on to ``end``.
-
-    Over the second half of what was followed, ln D is fitted by a line in t and by one in ln t. The
-    better one is followed: e^{st} with s at most ``fastest`` and D at most ``most``, or t^p with p
-    between 0 and 1, as of a drift. Differences that shrink are kept as they are.
-    """
-    late = (times >= 0.5 * times[-1]) & (values > 0.0)
-    last = float(values[-1])
-    if np.count_nonzero(late) < FEWEST_SAMPLES or last <= 0.0:
-        return last * end / float(times[-1]) if times[-1] > 0.0 else last
-    logarithm = np.log(values[late])
-    fits = {}
-    for name, x in (("exponential", times[late]), ("power", np.log(times[late]))):
-        slope, shift = np.polyfit(x, logarithm, 1)
-        fits[name] = float(slope), float(np.square(logarithm - slope * x - shift).sum())
-    (rate, rough), (power, rougher) = fits["exponential"], fits["power"]
-    if rate <= 0.0:
-        return last
-    if rough < rougher and rate * times[-1] > 2.0:
-        exponent = min(min(rate, fastest) * (end - times[-1]), 700.0)
-        return max(last, min(last * math.exp(exponent), most))
-    return last * (end / float(times[-1])) ** min(max(power, 0.0), 1.0)

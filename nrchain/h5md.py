@@ -44,6 +44,9 @@ SCENE = "parameters/scene"
 CHOICE = "parameters/choice"
 EFFECTS = "parameters/effects"
 VERSIONS = "parameters/versions"
+CHOICE_ROOM = 64
+"""Bytes by which a choice may grow when a run goes on: the time to which it is watched."""
+
 OURS = "nrchain"
 PLANNED = "nrchain/times"
 COUNTS = "nrchain/counters"
@@ -230,7 +233,7 @@ def _describe(file: Any, scene: Scene, choice: str) -> None:
 
     _write_text(file, SCENE, scene.to_toml())
     if choice:
-        _write_text(file, CHOICE, choice)
+        _write_text(file, CHOICE, choice, room=CHOICE_ROOM)
     _write_effects(file, scene)
     versions = file.create_group(VERSIONS)
     versions.attrs["nrchain"] = __version__
@@ -250,11 +253,22 @@ def _write_effects(file: Any, scene: Scene) -> None:
     file.create_dataset(EFFECTS, data=names, dtype=fixed, shape=(len(names),))
 
 
-def _write_text(file: Any, name: str, text: str) -> None:
+def _write_text(file: Any, name: str, text: str, room: int = 0) -> None:
+    """A text of fixed length, with room to be replaced by one of that many bytes more."""
     import h5py
 
     encoded = text.encode()
-    file.create_dataset(name, data=encoded, dtype=h5py.string_dtype(length=len(encoded)))
+    file.create_dataset(name, data=encoded, dtype=h5py.string_dtype(length=len(encoded) + room))
+
+
+def replace_text(file: Any, name: str, text: str) -> None:
+    """Replace a text by one for which there is room."""
+    import h5py
+
+    encoded, length = text.encode(), h5py.check_string_dtype(file[name].dtype).length
+    if length is not None and len(encoded) > length:
+        raise ValueError(f"{name} holds {length} bytes, and {len(encoded)} are to be written")
+    file[name][()] = encoded
 
 
 def _allocate(file: Any, scene: Scene, times: np.ndarray) -> None:

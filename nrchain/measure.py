@@ -15,13 +15,14 @@ Kinds of waves:
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nrchain.errors import NrchainError
+from nrchain.errors import NrchainError, shorten
 from nrchain.trajectory import Trajectory
 
 Kind = Literal["right", "left", "y", "z", "x"]
@@ -33,6 +34,12 @@ FEWEST = 4
 
 LARGEST_MISFIT = 0.3
 """What a wave may leave over of an open chain, relative to itself, for its rate to be believed."""
+
+NOISE = 3.0
+"""Tolerances of a run by which its steps leave an amplitude off: measured on decaying waves."""
+
+CLEAR = 30.0
+"""What an amplitude must be over that for its logarithm to be fitted."""
 
 CANDIDATES = 17
 """Ends of the transient that are tried, from the first snapshot to the middle one."""
@@ -70,6 +77,8 @@ class Wave:
     projected
         Whether the wave fits a periodic chain, so that A is its Fourier component and what is left
         over are other waves, which leave it as it is.
+    noise
+        (T,) by how much the tolerances of the run leave the amplitude uncertain.
     """
 
     time: Array
@@ -77,11 +86,12 @@ class Wave:
     misfit: Array
     wavenumber: float
     projected: bool = False
+    noise: Array | float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Rate:
-    """Λ = growth + i frequency of a wave of wavenumber q, from ``start`` on.
+    """Λ = growth + i frequency of a wave of wavenumber q, from ``start`` to ``end``.
 
     ``misfit`` is the median over the snapshots used of what the wave leaves over, relative to it.
     """
@@ -91,6 +101,7 @@ class Rate:
     wavenumber: float
     start: float
     misfit: float = 0.0
+    end: float = math.inf
 
     @property
     def value(self) -> complex:
@@ -151,9 +162,11 @@ def wave(
 
     Raises :class:`MeasurementError` for a wave too short for the lattice, |q| d > π.
     """
-    chain = trajectory.scene.chain
-    q = trajectory.scene.wavevector if wavenumber is None else float(wavenumber)
+    chain = _a_trajectory(trajectory).scene.chain
+    q = trajectory.scene.wavevector if wavenumber is None else _number("wavenumber", wavenumber)
     s = chain.spacing * np.arange(chain.particles)
+    if not isinstance(of, str) or of not in get_args(Quantity):
+        raise MeasurementError(f"of = {shorten(of)}: must be 'displacement', 'tilt' or 'shear'")
     if not 0.0 < abs(q) * chain.spacing <= math.pi * (1.0 + 1e-12):
         raise MeasurementError(
             f"wavenumber = {q:.6g}: |q| d must lie above 0 and at most at π, with d = "
@@ -168,12 +181,15 @@ def wave(
         slope = (9.0 / 4.0 * math.sin(half) - math.sin(3.0 * half) / 12.0) / chain.spacing
         amplitude = mean * tilted.amplitude - 1j * slope * bent.amplitude
         misfit = np.hypot(mean * tilted.misfit, slope * bent.misfit)
-        return Wave(trajectory.time, amplitude, misfit, q, bent.projected)
+        noise = np.hypot(mean * tilted.noise, slope * bent.noise)
+        return Wave(trajectory.time, amplitude, misfit, q, bent.projected, noise)
     field = _field(trajectory, kind, of, s)
     turns = q * trajectory.scene.length / (2.0 * math.pi)
     fits = chain.ends == "periodic" and abs(turns - round(turns)) < 1e-9
     amplitude, misfit = _project(field, q, s) if fits else _fit_snapshots(field, q, s, rigid)
-    return Wave(trajectory.time, amplitude, misfit, q, fits)
+    run, unit = trajectory.scene.run, chain.radius if of == "displacement" else 1.0
+    noise = NOISE * (run.atol * unit + run.rtol * misfit)
+    return Wave(trajectory.time, amplitude, misfit, q, fits, noise)
 
 
 def rate(wave: Wave, start: float | None = None, *, most_misfit: float = LARGEST_MISFIT) -> Rate:
@@ -182,7 +198,9 @@ def rate(wave: Wave, start: float | None = None, *, most_misfit: float = LARGEST
     ``start`` is the time before which all is dropped as transient. When None, it is found: of
     starts up to the middle snapshot, the one that leaves the smallest standard error. Errors are
     those of the regression, for as many independent residuals as their correlation from one
-    snapshot to the next leaves.
+    snapshot to the next leaves, and those that the tolerances of the run make, all of one sign at
+    worst. Of a wave that decays into what these leave uncertain, or grows out of it, only the
+    snapshots well above are used, the longest row of them.
 
     On an open chain Λ is the rate of the shape in which the wave was found, and the ends have a
     part in that shape: where the wave leaves over more than ``most_misfit`` of itself, the rate
@@ -190,24 +208,30 @@ def rate(wave: Wave, start: float | None = None, *, most_misfit: float = LARGEST
     a free passive chain that starts as half a sine takes the shape of its slowest mode, which half
     a sine and a rigid motion fit to 1 %, and decays four times as fast as the wave would.
 
-    Raises :class:`MeasurementError` for fewer than four snapshots, for a wave that vanishes, for
-    one that is not the shape of its chain, and for snapshots too far apart: where the phase moves
-    by more than a quarter turn from one to the next it cannot be unwrapped with certainty.
+    Raises :class:`MeasurementError` for fewer than four snapshots, for a wave that vanishes or is
+    nowhere above what is uncertain, for one that is not the shape of its chain, and for snapshots
+    too far apart: where the phase moves by more than a quarter turn from one to the next it cannot
+    be unwrapped with certainty.
     """
-    vanished = wave.amplitude == 0.0
-    if vanished.any():
-        raise MeasurementError(f"the wave vanishes at t = {wave.time[vanished][0]:.6g}")
-    logarithm = np.log(np.abs(wave.amplitude)) + 1j * np.unwrap(np.angle(wave.amplitude))
+    if not isinstance(wave, Wave):
+        raise MeasurementError(f"wave = {shorten(wave)}: must be a Wave, as measure.wave gives it")
+    _number("most_misfit", most_misfit, most=math.inf)
+    clear = _clear(wave)
+    time, amplitude, left = wave.time[clear], wave.amplitude[clear], wave.misfit[clear]
+    uncertain = np.broadcast_to(wave.noise, wave.time.shape)[clear] / np.abs(amplitude)
+    logarithm = np.log(np.abs(amplitude)) + 1j * np.unwrap(np.angle(amplitude))
 
     def fit(first: int) -> Rate:
-        t, log = wave.time[first:], logarithm[first:]
-        growth, frequency = _slope(t, log.real), _slope(t, log.imag)
-        misfit = float(np.median(wave.misfit[first:] / np.abs(wave.amplitude[first:])))
-        return Rate(growth, frequency, wave.wavenumber, float(t[0]), misfit)
+        t, log = time[first:], logarithm[first:]
+        x = t - t.mean()
+        most = float(np.abs(x) @ uncertain[first:] / (x @ x))
+        growth, frequency = _slope(t, log.real, most), _slope(t, log.imag, most)
+        misfit = float(np.median(left[first:] / np.abs(amplitude[first:])))
+        return Rate(growth, frequency, wave.wavenumber, float(t[0]), misfit, float(t[-1]))
 
-    best = fit(_first(wave.time, start))
+    best = fit(_first(time, start))
     if start is None:
-        for first in _candidates(len(wave.time)):
+        for first in _candidates(len(time)):
             best = min(best, fit(first), key=lambda found: found.error)
     if not wave.projected and best.misfit > most_misfit:
         raise MeasurementError(
@@ -215,10 +239,10 @@ def rate(wave: Wave, start: float | None = None, *, most_misfit: float = LARGEST
             f"{best.misfit:.2g} of it, and its rate is not to be trusted above {most_misfit:g}: "
             "measure another kind of wave, or a periodic chain, or raise most_misfit"
         )
-    used = wave.time >= best.start
+    used = time >= best.start
     steps = np.abs(np.diff(logarithm.imag[used]))
     if steps.max() > math.pi / 2.0:
-        late = wave.time[used][int(np.argmax(steps)) + 1]
+        late = time[used][int(np.argmax(steps)) + 1]
         raise MeasurementError(
             f"snapshots too far apart: the wave turns by {steps.max():.2f} rad up to t = "
             f"{late:.6g}; more than π/2 cannot be unwrapped with certainty"
@@ -244,7 +268,7 @@ def fit_shape(
     """
     from scipy.optimize import curve_fit
 
-    chain = trajectory.scene.chain
+    chain = _a_trajectory(trajectory).scene.chain
     first_guess = wave(trajectory, wavenumber, kind, rigid=kind == "x")
     guess = rate(first_guess, start, most_misfit=math.inf)
     s = chain.spacing * np.arange(chain.particles)
@@ -287,7 +311,7 @@ def translation(
     With ``start`` None, from the first snapshot. Raises :class:`MeasurementError` for fewer than
     four snapshots.
     """
-    first = _first(trajectory.time, start)
+    first = _first(_a_trajectory(trajectory).time, start)
     centre = trajectory.positions[first:].mean(axis=1)
     x, y, z = (_slope(trajectory.time[first:], centre[:, k]) for k in range(3))
     return x, y, z
@@ -298,7 +322,7 @@ def spin(trajectory: Trajectory, start: float | None = None) -> Estimate:
 
     Arguments and errors as for :func:`translation` and :func:`turned_angle`.
     """
-    first = _first(trajectory.time, start)
+    first = _first(_a_trajectory(trajectory).time, start)
     return _slope(trajectory.time[first:], turned_angle(trajectory)[first:])
 
 
@@ -314,7 +338,7 @@ def turned_angle(trajectory: Trajectory) -> Array:
     """
     from nrchain.model import Model
 
-    frames, time = trajectory.frames, trajectory.time
+    frames, time = _a_trajectory(trajectory).frames, trajectory.time
     model = Model(trajectory.scene)
     rates = np.empty(len(time))
     for k in range(len(time)):
@@ -368,7 +392,7 @@ def straightness(trajectory: Trajectory) -> Array:
 
 def _links(trajectory: Trajectory) -> Array:
     """(T, L, 3) from each sphere to the next; a periodic chain's last one closes it."""
-    links = np.diff(trajectory.positions, axis=1)
+    links = np.diff(_a_trajectory(trajectory).positions, axis=1)
     if trajectory.scene.chain.ends != "periodic":
         return links
     closing = trajectory.positions[:, :1] - trajectory.positions[:, -1:]
@@ -378,17 +402,15 @@ def _links(trajectory: Trajectory) -> Array:
 
 def _field(trajectory: Trajectory, kind: Kind, of: Quantity, s: Array) -> NDArray:
     """(T, N) y ± iz, y, z or x − s of positions or of e₁."""
-    if of not in ("displacement", "tilt"):
-        raise MeasurementError(f"of = {of!r}: must be 'displacement', 'tilt' or 'shear'")
+    if not isinstance(kind, str) or kind not in get_args(Kind) or (kind, of) == ("x", "tilt"):
+        allowed = "must be 'right', 'left', 'y', 'z' or, for displacements, 'x'"
+        raise MeasurementError(f"kind = {shorten(kind)}: {allowed}")
     vectors = trajectory.positions if of == "displacement" else trajectory.frames[:, :, 0]
     if kind in ("right", "left"):
         return vectors[..., 1] + (1j if kind == "right" else -1j) * vectors[..., 2]
     if kind in ("y", "z"):
         return vectors[..., "xyz".index(kind)]
-    if kind == "x" and of == "displacement":
-        return vectors[..., 0] - s
-    allowed = "must be 'right', 'left', 'y', 'z' or, for displacements, 'x'"
-    raise MeasurementError(f"kind = {kind!r}: {allowed}")
+    return vectors[..., 0] - s
 
 
 def _project(field: NDArray, q: float, s: Array) -> tuple[NDArray[np.complex128], Array]:
@@ -423,9 +445,43 @@ def _stacked(values: NDArray) -> Array:
     return np.concatenate([flat.real, flat.imag]) if np.iscomplexobj(flat) else flat
 
 
+def _clear(wave: Wave) -> slice:
+    """The longest row of snapshots in which the wave is well above the noise of its run."""
+    size = np.abs(wave.amplitude)
+    above = np.concatenate([[False], size > CLEAR * wave.noise, [False]])
+    changes = np.flatnonzero(np.diff(above))
+    rows = [slice(int(a), int(b)) for a, b in changes.reshape(-1, 2)]
+    longest = max(rows, key=lambda row: row.stop - row.start, default=slice(0, 0))
+    if longest.stop - longest.start >= min(FEWEST, len(size)):
+        return longest
+    if not size.all():
+        raise MeasurementError(f"the wave vanishes at t = {wave.time[size == 0.0][0]:.6g}")
+    raise MeasurementError(
+        f"the wave, of {size.min():.2g} to {size.max():.2g}, is well above what the tolerances of"
+        f" its run leave uncertain, {float(np.min(wave.noise)):.2g}, in no more than"
+        f" {longest.stop - longest.start} snapshots in a row, and {FEWEST} are needed: lower"
+        " run.atol and run.rtol, start from a larger amplitude, or take more snapshots"
+    )
+
+
+def _a_trajectory(given: object) -> Trajectory:
+    if not isinstance(given, Trajectory):
+        allowed = "must be a Trajectory: simulate and Trajectory.open give one"
+        raise MeasurementError(f"trajectory = {shorten(given)}: {allowed}")
+    return given
+
+
+def _number(name: str, given: object, most: float = sys.float_info.max) -> float:
+    """The finite number given, or one of at most ``most``."""
+    plain = given.item() if isinstance(given, np.generic) else given
+    if isinstance(plain, bool) or not isinstance(plain, int | float) or not -most <= plain <= most:
+        raise MeasurementError(f"{name} = {shorten(given)}: must be a real number")
+    return float(plain)
+
+
 def _first(time: Array, start: float | None) -> int:
     """Index of the first snapshot used."""
-    first = 0 if start is None else int(np.searchsorted(time, start))
+    first = 0 if start is None else int(np.searchsorted(time, _number("start", start)))
     if len(time) - first < FEWEST:
         when = "" if start is None else f" from t = {start:g} on"
         raise MeasurementError(f"{len(time) - first} snapshots{when}: at least {FEWEST} are needed")
@@ -438,8 +494,8 @@ def _candidates(snapshots: int) -> NDArray[np.int_]:
     return np.unique(np.linspace(0, last, CANDIDATES).astype(int))
 
 
-def _slope(t: Array, y: Array) -> Estimate:
-    """The slope of a line through y(t), and its standard error.
+def _slope(t: Array, y: Array, systematic: float = 0.0) -> Estimate:
+    """The slope of a line through y(t), and its standard error beside a ``systematic`` one.
 
     Residuals that are alike from one snapshot to the next, with correlation ρ, count as
     n (1 − ρ)/(1 + ρ) independent ones.
@@ -449,7 +505,8 @@ def _slope(t: Array, y: Array) -> Estimate:
     rest = y - y.mean() - slope * x
     square = float(rest @ rest)
     if square == 0.0:
-        return Estimate(slope, 0.0)
+        return Estimate(slope, systematic)
     rho = min(max(float(rest[1:] @ rest[:-1]) / square, 0.0), 1.0)
     independent = max(n * (1.0 - rho) / (1.0 + rho), 3.0)
-    return Estimate(slope, math.sqrt(square / (independent - 2.0) / float(x @ x)))
+    scatter = math.sqrt(square / (independent - 2.0) / float(x @ x))
+    return Estimate(slope, math.hypot(scatter, systematic))

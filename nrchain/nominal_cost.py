@@ -16,6 +16,7 @@ from nrchain.effects.slip import active_modes
 from nrchain.hydrodynamics.images import EXACT, POINTS
 from nrchain.hydrodynamics.pairs import NEAR
 from nrchain.scene import Scene, load_scene
+from nrchain.scene_changes import reaching
 
 LOOP, SPHERE = 50e-6, 0.7e-6
 """Seconds of the integrator's own, and of one sphere with its links."""
@@ -24,7 +25,8 @@ PRODUCTS = 2.2
 """Products with the Jacobian that come with a right-hand side."""
 
 SLIP_PAIR, SLIP_PRODUCT = 1.0e-9, 2.5e-9
-"""Of one pair of one mode; a further mode adds :data:`MODE` of it, the finite size a fifth."""
+"""Of one pair of one mode, or of another effect over the reach of the slip; a further mode adds
+:data:`MODE` of it, the finite size a fifth."""
 
 MODE, FINITE_SIZE = 0.3, 0.2
 
@@ -89,12 +91,13 @@ def evaluation_cost(scene: Scene, fluid: Fluid | None = None) -> float:
     count = scene.chain.particles
     cost = LOOP + SPHERE * count
     modes = len(active_modes(scene))
+    further = len(reaching(scene)) - bool(modes)
     pairwise = fluid.friction > 0.0
-    if modes:
+    if modes or further:
         reach = _places(scene, fluid.reach)
         pairs = 2 * reach * count
-        each = 1.0 + MODE * (modes - 1)
-        if fluid.finite_size:
+        each = further + (1.0 + MODE * (modes - 1) if modes else 0.0)
+        if modes and fluid.finite_size:
             each += FINITE_SIZE
         cost += SLIP_PAIR * pairs * each
         if pairwise or reach > NEAR:

@@ -53,8 +53,8 @@ _ADVICE = {
     Cause.NOT_FINITE: f"weaken the slip or the moduli: {_BEYOND}",
     Cause.BUDGET: "resume the run, or raise run.max_steps or run.max_seconds",
     Cause.INTERRUPTED: "resume the run to go on",
-    Cause.NEGLECTED: "start from the last poses with effects = 'auto' and a smaller tolerance, or "
-    "name the effects that are left out",
+    Cause.NEGLECTED: "run the scene again with those keys or a smaller tolerance; or resume it "
+    "with --unwatched, as it is and without a bound",
     Cause.ERROR: "see the message: something outside the run failed",
 }
 

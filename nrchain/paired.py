@@ -8,6 +8,7 @@ members is then as accurate, relative to itself, as the loose tolerance is relat
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from itertools import pairwise
@@ -19,8 +20,10 @@ from nrchain.guard import Guard, Poses
 from nrchain.integrators.base import IntegrationError
 from nrchain.integrators.cvode import Cvode
 from nrchain.model import Model
+from nrchain.nominal_cost import evaluation_cost
 from nrchain.outcome import Cause, Stop
 from nrchain.scene import Scene
+from nrchain.seed import tolerance_for
 
 FRESH_STEPS = 2000
 """Steps after which all charts are left for fresh ones."""
@@ -67,18 +70,26 @@ class PairedRun:
         Poses of every member at that time, or at its stop.
     stops
         Why and when a member ended before the others, by its number.
+    parted
+        Where a member, or the reference, has stopped: the time of the first of the two stops, and
+        the poses of both then, by the number of the member.
     evaluations
         Right-hand sides each member has taken so far.
+    work
+        Nominal seconds (:mod:`nrchain.nominal_cost`) of all of them.
     """
 
     def __init__(self, scenes: Sequence[Scene], poses: Poses, tolerance: float) -> None:
         self.scenes, self.tolerance = list(scenes), tolerance
+        self._atol = tolerance_for(self.scenes[0], *poses, tolerance)
         self.time = 0.0
         self.poses = [(poses[0].copy(), poses[1].copy()) for _ in scenes]
         self.stops: dict[int, Stop] = {}
+        self.parted: dict[int, tuple[float, Poses, Poses]] = {}
         self.members = list(range(len(self.scenes)))
         self._chains = [ChartedChain(Model(scene)) for scene in self.scenes]
         self._guards = [Guard(scene, poses[0]) for scene in self.scenes]
+        self._costs = [evaluation_cost(scene) for scene in self.scenes]
         self.steps = 0
 
     @property
@@ -90,26 +101,36 @@ class PairedRun:
     def evaluations(self) -> list[int]:
         return [chain.evaluations for chain in self._chains]
 
+    @property
+    def work(self) -> float:
+        return float(np.dot(self._costs, self.evaluations))
+
     def drop(self, members: Iterable[int]) -> None:
         """Go on without these."""
         gone = set(members)
         self.members = [m for m in self.members if m not in gone]
 
-    def go(self, times: Iterable[float]) -> Iterator[float]:
-        """Integrate to each of the times, which begin after 0, and yield it when it is reached.
+    def go(self, times: Iterable[float], budget: float = math.inf) -> Iterator[float]:
+        """Integrate to each of the times, which begin after ``time``, and yield it when reached.
 
-        Ends early when the reference stops. What the consumer drops is no longer integrated.
+        Ends early when the reference stops, or all others have, and when further ``work`` of
+        ``budget`` is done. What the consumer drops is no longer integrated.
         """
         with np.errstate(all="ignore"):
             if self._chains[0].dimension == 0:
-                yield from map(float, times)
+                for time in times:
+                    self.time = float(time)
+                    yield self.time
             else:
-                yield from self._integrate([float(time) for time in times])
+                yield from self._integrate([float(time) for time in times], self.work + budget)
 
-    def _integrate(self, times: list[float]) -> Iterator[float]:
+    def _goes_on(self) -> bool:
+        return 0 in self.members and (len(self.members) > 1 or len(self.scenes) == 1)
+
+    def _integrate(self, times: list[float], budget: float) -> Iterator[float]:
         due, together = 0, list(self.members)
         self._start(times[-1])
-        while due < len(times) and 0 in self.members:
+        while due < len(times) and self._goes_on() and self.work < budget:
             try:
                 reached = self._integrator.step()
                 if reached == self.time:
@@ -130,7 +151,7 @@ class PairedRun:
                 self._move(times[due], self._poses_at(times[due]))
                 yield times[due]
                 due += 1
-            if due == len(times) or 0 not in self.members:
+            if due == len(times) or not self._goes_on():
                 return
             self._move(end, ended)
             turned = max(
@@ -157,7 +178,7 @@ class PairedRun:
             self._together,  # type: ignore[arg-type]
             end,
             self.tolerance,
-            self.tolerance * pose,
+            self._atol * pose,
         )
         self._integrator.start(self.time, np.zeros(self._together.dimension))
         self._fresh = 0
@@ -183,15 +204,31 @@ class PairedRun:
 
     def _watch(self, end: float, ended: dict[int, Poses]) -> None:
         """Take out whoever meets an event on the way from ``time`` to ``end``."""
-        for member in list(self.members):
+        found: dict[int, Stop] = {}
+        for member in self.members:
             poses_at = partial(self._poses_of, member)
             before, after = self.poses[member][0], ended[member]
             stop = self._guards[member].watch(self.time, before, end, after, poses_at)
             if stop is not None:
-                self.stops[member] = stop
-                if stop.cause is not Cause.NOT_FINITE:
-                    self.poses[member] = self._poses_of(member, stop.time)
-                self.drop([member])
+                found[member] = stop
+        for member in self.members if 0 in found else found:
+            if member:
+                first = min((found[m] for m in (0, member) if m in found), key=lambda s: s.time)
+                self.parted[member] = (
+                    first.time,
+                    self._poses_until(member, first),
+                    self._poses_until(0, first),
+                )
+        for member, stop in found.items():
+            self.stops[member] = stop
+            self.poses[member] = self._poses_until(member, stop)
+        self.drop(found)
+
+    def _poses_until(self, member: int, stop: Stop) -> Poses:
+        """Poses at a stop within the last step; before that step, where it has left all numbers."""
+        if stop.cause is Cause.NOT_FINITE:
+            return self.poses[member]
+        return self._poses_of(member, stop.time)
 
     def _lose_one(self, error: Exception) -> bool:
         """A step has failed: take out whoever moves fastest beside the reference, if anyone."""
@@ -207,6 +244,7 @@ class PairedRun:
             speeds.append(np.abs(twists).max())
         worst = others[int(np.argmax(np.nan_to_num(speeds, nan=np.inf)))]
         self.stops[worst] = Stop(cause, self.time, str(error))
+        self.parted[worst] = self.time, self.poses[worst], self.poses[0]
         self.drop([worst])
         return True
 

@@ -1,7 +1,8 @@
 """What each effect of a scene does to its run and what it takes of its time, as a table.
 
-Contributions are those of :mod:`nrchain.estimate`. Costs are measured: the right-hand side of the
-scene, with and without the effect, with the products and solves that come with it.
+Contributions are those of :mod:`nrchain.estimate`, and no clock has a part in them. Costs are
+measured: the right-hand side of the scene, with and without the effect, with the products and
+solves that come with it, compiled beforehand.
 """
 
 from __future__ import annotations
@@ -14,10 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from nrchain.charts import ChartedChain
-from nrchain.estimate import PROBE_TOLERANCE, Estimate, Estimates, estimate_effects
+from nrchain.estimate import PROBE_TOLERANCE, RESOLUTION, Estimate, Estimates, estimate_effects
 from nrchain.model import Model
 from nrchain.nominal_cost import LOOP
 from nrchain.scene import Scene
+from nrchain.scene_changes import Change, Refused, refused_changes
 from nrchain.start import starting_poses
 
 ORDER = 0.175
@@ -44,7 +46,9 @@ class EffectPlan:
     seconds
         What the run of the scene will take, about.
     probe
-        What the probe took.
+        The work of the probe over that of the run, by count.
+    refused
+        The changes that the scene does not allow.
     """
 
     estimates: Estimates
@@ -52,21 +56,22 @@ class EffectPlan:
     others: list[float]
     seconds: float
     probe: float
+    refused: list[Refused]
 
     def rows(self) -> list[tuple[str, ...]]:
         """One row an effect, in the columns of :data:`COLUMNS`; those with + are left out."""
         return [
             _row(one, self.own, other)
             for one, other in zip(self.estimates.estimates, self.others, strict=True)
-        ]
+        ] + [(_name(one), "not possible", *[""] * (len(COLUMNS) - 2)) for one in self.refused]
 
     def remarks(self) -> list[str]:
-        """How numbers were come by that are not those of a probe to the end."""
+        """Of which time the differences are that are not those of the end of the run."""
         return [
-            f"{_name(one)}: {one.stops or one.source}"
+            f"{_name(one.change)}: {one.stops or _unknown(one)}"
             for one in self.estimates.estimates
-            if one.stops or not one.is_probed
-        ]
+            if one.stops or not one.ends
+        ] + [f"{_name(one)}: {one.reason}" for one in self.refused]
 
     def notes(self) -> list[str]:
         """What the columns mean, and what the numbers rest on."""
@@ -82,10 +87,11 @@ class EffectPlan:
             "the start and at most on the way",
             growth,
             "end: how far a sphere ends, in radii, from where it would with the change; "
-            "turned: its frame, in radians",
+            "turned: its frame, in radians; where a run stops, at that time",
             "time: part of a right-hand side that the effect takes, or would add",
-            f"the probe, at tolerance {PROBE_TOLERANCE:g} to t = {self.estimates.probed:.4g}, took "
-            f"{self.probe:.2g} s; the run will take about {self.seconds:.2g} s",
+            f"the probe, at tolerance {PROBE_TOLERANCE:g} to t = {self.estimates.probed:.4g}, is "
+            f"{self.probe:.2g} times the work of the run, which will take about "
+            f"{self.seconds:.2g} s",
         ]
 
 
@@ -94,14 +100,14 @@ def plan_effects(scene: Scene, estimates: Estimates | None = None) -> EffectPlan
 
     Errors as for :func:`nrchain.estimate.estimate_effects`.
     """
-    began = clock.perf_counter()
     found = estimates or estimate_effects(scene)
-    probe = clock.perf_counter() - began
     own, *others = evaluation_times([scene, *(one.change.scene for one in found.estimates)])
     tighter = (min(scene.run.rtol, scene.run.atol) / PROBE_TOLERANCE) ** -ORDER
-    part = scene.run.end / max(found.probed, 1e-300)
-    seconds = found.own_evaluations * tighter * part * (own + LOOP)
-    return EffectPlan(found, own, others, seconds, probe)
+    part = 1.0 if found.stopped else scene.run.end / max(found.probed, 1e-300)
+    evaluations = found.own_evaluations * tighter * part
+    probe = found.work / evaluations if evaluations else 0.0
+    seconds = evaluations * (own + LOOP)
+    return EffectPlan(found, own, others, seconds, probe, refused_changes(scene))
 
 
 def evaluation_times(scenes: Sequence[Scene]) -> list[float]:
@@ -144,23 +150,38 @@ def _evaluation(scene: Scene) -> Callable[[], None]:
 
 def _row(one: Estimate, own: float, other: float) -> tuple[str, ...]:
     drop = one.change.kind == "drop"
-    growth = "" if one.growth is None else _short(one.growth)
+    growth = "" if one.growth is None else _signed(one.growth)
     share = (own - other) / own if drop and own else (other - own) / own if own else 0.0
     return (
-        _name(one),
-        f"{one.velocity:.2g}–{one.velocity_along:.2g}",
+        _name(one.change),
+        f"{_size(one.velocity)}–{_size(one.velocity_along)}",
         growth,
-        f"{one.displacement:.3g} a",
-        f"{one.turn:.2g}",
+        *(_end(one, value) for value in (one.displacement, one.turn)),
         f"{100.0 * share:+.0f} %",
     )
 
 
-def _short(value: float) -> str:
-    """Two digits, and an exponent without its zeros."""
-    digits, exponent = f"{value:+.1e}".split("e")
-    return f"{digits}e{int(exponent)}" if value else "0"
+def _end(one: Estimate, value: float) -> str:
+    """A difference at the end: marked if it is of another time, ? where there is none."""
+    if one.until == 0.0 or not math.isfinite(value):
+        return "?"
+    size = _size(value) if value == 0.0 or value >= RESOLUTION else f"<{_size(RESOLUTION)}"
+    return size + ("" if one.ends else "*")
 
 
-def _name(one: Estimate) -> str:
-    return one.change.effect if one.change.kind == "drop" else f"+ {one.change.effect}"
+def _unknown(one: Estimate) -> str:
+    return f"* is at t = {one.until:.4g}, where the probe ended; the end is not known"
+
+
+def _signed(value: float) -> str:
+    return ("+" if value > 0.0 else "") + _size(value)
+
+
+def _size(value: float) -> str:
+    """Two digits, and an exponent without its zeros where that is shorter."""
+    digits, exponent = f"{value:.1e}".split("e")
+    return min(f"{value:.2g}", f"{digits.removesuffix('.0')}e{int(exponent)}", key=len)
+
+
+def _name(change: Change | Refused) -> str:
+    return change.effect if change.kind == "drop" else f"+ {change.effect}"

@@ -17,9 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from nrchain.arguments import a_scene
+from nrchain.chain import initial_poses
+from nrchain.effects.slip import active_modes
 from nrchain.errors import SceneError
 from nrchain.lattice import Branch, lattice_rates, steady_stress
 from nrchain.scene import DEFAULT_RATIO, Scene, load_scene
+from nrchain.seed import BARELY, seed_warning
 
 LARGEST_STRAIN = 0.3
 """Prestress over λ∥d or λ⊥d beyond which a scene is called out of the beam limit."""
@@ -59,11 +62,12 @@ class Load:
 def warnings(scene: Scene) -> list[str]:
     """What to know before a scene runs, one sentence each with its numbers and a remedy.
 
-    Empty for a scene in the beam limit whose tolerance is above the rounding of its springs. A
-    scene that no plane wave describes (axes that turn the chain across itself, a flow whose sum
-    over an endless chain diverges) cannot be judged, which is said instead.
+    Empty for a scene in the beam limit whose tolerance is above the rounding of its springs, and
+    whose start is above that tolerance where it grows. A scene that no plane wave describes (axes
+    that turn the chain across itself, a flow whose sum over an endless chain diverges) cannot be
+    judged, which is said instead.
     """
-    told = [*_beam_warnings(a_scene(scene)), _rounding_warning(scene)]
+    told = [*_beam_warnings(a_scene(scene)), _rounding_warning(scene), _start_warning(scene)]
     return [text for text in told if text]
 
 
@@ -144,7 +148,8 @@ def _beam_warnings(scene: Scene) -> list[str]:
                 told.append(_strain_warning(scene, shear))
             told.append(_growth_warning(scene))
     except (SceneError, FloatingPointError) as error:
-        told.append(f"what the slip does to the bonds cannot be judged beforehand: {error}")
+        if active_modes(scene):
+            told.append(f"what the slip does to the bonds cannot be judged beforehand: {error}")
     return told
 
 
@@ -158,6 +163,14 @@ def _rounding_warning(scene: Scene) -> str:
         f"takes some {steps:.1g} steps; no more accuracy is to be had below run.atol = "
         f"{moved / NOISE_STEPS:.1g}"
     )
+
+
+def _start_warning(scene: Scene) -> str:
+    start = scene.start
+    large = abs(start.amplitude) >= BARELY * scene.run.atol * scene.chain.radius
+    if start.shape != "straight" and large:
+        return ""
+    return seed_warning(scene, *initial_poses(scene))
 
 
 def _one_body(scene: Scene) -> Scene:

@@ -11,6 +11,7 @@ installation compiles them, and differs from later ones in rounding.
 from __future__ import annotations
 
 import time as clock
+import warnings
 from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
@@ -21,7 +22,7 @@ import numpy as np
 from nrchain.arguments import rotations
 from nrchain.charts import TURN_LIMIT, ChartedChain
 from nrchain.choice import Choice, Watch
-from nrchain.errors import SceneError, TrajectoryError
+from nrchain.errors import SceneError, SceneWarning, TrajectoryError
 from nrchain.folders import made
 from nrchain.guard import Guard, Poses
 from nrchain.h5md import FILE_NAME, refusing
@@ -32,6 +33,7 @@ from nrchain.model import Model
 from nrchain.outcome import Cause, Stop
 from nrchain.recording import Memory, Recorder
 from nrchain.scene import Scene
+from nrchain.seed import seed_warning
 from nrchain.start import refuse_far, starting_poses
 from nrchain.trajectory import Checkpoint, Trajectory, TrajectoryWriter
 
@@ -294,6 +296,11 @@ def simulate(
         cannot go on or has spent its budget; what was reached is kept, with the poses at which it
         stopped for a last snapshot.
 
+    Warns
+    -----
+    SceneWarning
+        For a start that is straight, or hardly above ``run.atol``, on a chain whose waves grow.
+
     Raises
     ------
     SceneError
@@ -310,6 +317,9 @@ def simulate(
         from nrchain.auto import choose
 
         scene, choice = choose(scene, poses)
+    told = seed_warning(scene, *poses)
+    if told:
+        warnings.warn(told, SceneWarning, stacklevel=2)
     if output is None:
         memory = Memory(scene)
         with deferred() as interruption, interruption.second_at_once():
@@ -337,11 +347,21 @@ def _output_file(output: str | Path) -> tuple[Path | None, Path]:
     return path, path / FILE_NAME
 
 
-def resume(path: str | Path, *, progress: Callable[[Progress], None] | None = None) -> Trajectory:
+def resume(
+    path: str | Path,
+    *,
+    unwatched: bool = False,
+    progress: Callable[[Progress], None] | None = None,
+) -> Trajectory:
     """Go on with a run that was killed or interrupted, from its last checkpoint to its end.
 
     The result is that of the uninterrupted run, bit for bit. A run that is complete is returned
     as it is. The budget of the scene holds for what is new.
+
+    A run keeps its effects to its end. One that stopped because of what ``effects = "auto"`` left
+    out goes on with ``unwatched`` alone: no bound is kept from there on, and its ``choice`` says
+    so. Raises :class:`~nrchain.errors.TrajectoryError` without it, with the keys that name what is
+    left out: a run of the scene with those is another run.
     """
     done = Trajectory.open(path)
     if done.status == "completed":
@@ -350,10 +370,18 @@ def resume(path: str | Path, *, progress: Callable[[Progress], None] | None = No
     if begin is None:
         raise TrajectoryError(f"{done.path}: was killed before it began; run its scene again")
     _refuse_unsound(begin, done)
-    with deferred() as interruption, TrajectoryWriter.reopen(path) as writer:
+    choice = done.choice
+    if done.cause is Cause.NEGLECTED and not unwatched:
+        raise TrajectoryError(
+            f"{done.path}: stopped {done.reason}. As it is, and without a bound, it goes on with"
+            " unwatched = True (nrchain resume --unwatched)"
+        )
+    if unwatched and choice is not None:
+        choice = replace(choice, watched_until=min(choice.watched_until, float(done.time[-1])))
+    with deferred() as interruption, TrajectoryWriter.reopen(path, choice=choice) as writer:
         repeated = done.counters["steps"]
         with interruption.second_at_once():
-            run = _Run(done.scene, writer, progress, interruption, begin, repeated, done.choice)
+            run = _Run(done.scene, writer, progress, interruption, begin, repeated, choice)
             stop = run.go()
         return _finish(writer, stop)
 

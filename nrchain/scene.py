@@ -22,6 +22,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
+from nrchain import slip_modes
 from nrchain.errors import SceneError
 from nrchain.scene_file import (
     change,
@@ -72,6 +73,12 @@ CHOSEN = {"slip": ("neighbours", "finite_size"), "friction": ("kind", "neighbour
 
 Effects = Literal["named", "auto"]
 
+
+LARGEST_REACH = 100_000
+"""Places along a periodic chain that are summed one by one."""
+
+NO_SUM = "a flow that falls off as 1/r has no sum over an endless chain: name a number"
+"""Why such a flow is refused with all pairs."""
 
 LARGEST_OFFSET = 1e6
 """Of a start, in spacings: of larger ones, rounding leaves too little of a link's rest length."""
@@ -147,6 +154,17 @@ class Scene(Section):
         """q = wavenumber · π/L, or wavenumber · 2π/L on a periodic chain."""
         unit = 2 * math.pi if self.chain.ends == "periodic" else math.pi
         return self.start.wavenumber * unit / self.length
+
+    @property
+    def can_reach_all(self) -> bool:
+        """Whether the slip flows of all pairs have a sum: that of a force has none over images."""
+        flows = (
+            slip_modes.find(label).flow()
+            for label, slip in self.slip.modes.items()
+            if (any(slip.strength) if isinstance(slip.strength, tuple) else slip.strength)
+        )
+        endless = self.chain.ends == "periodic"
+        return not (endless and any(power == 1 for flow in flows for _, power in flow))
 
     def __getattr__(self, name: str) -> Any:
         """The section that an effect adds to scenes, such as ``scene.steric``."""
@@ -250,6 +268,15 @@ class Scene(Section):
                     " clamped ends"
                 )
                 raise SceneError(spec.key("backend"), spec.backend, allowed)
+            acts = spec is self.slip or self.friction.kind == "pairwise"
+            if acts and spec.neighbours != "all" and spec.neighbours > LARGEST_REACH:
+                allowed = (
+                    f"must be at most {LARGEST_REACH} on a periodic chain, whose images have no"
+                    " last one; 'all' sums them without end"
+                )
+                raise SceneError(spec.key("neighbours"), spec.neighbours, allowed)
+        if self.slip.neighbours == "all" and not self.can_reach_all:
+            raise SceneError("slip.neighbours", self.slip.neighbours, NO_SUM)
 
     def _check_range(self) -> None:
         """Refuse numbers that are fine by themselves and leave the range of floats together."""
@@ -287,6 +314,8 @@ class Scene(Section):
         """The scene of a raw table, in which a key that every scene has is no effect's section."""
         from nrchain.effects.registry import section_kind, section_kinds
 
+        if not isinstance(table, Mapping):
+            raise SceneError("scene", table, "must be a table")
         own = [name for name in cls.rules() if name != "further"]
         further = {name: value for name, value in table.items() if name not in own}
         for name, value in further.items():

@@ -6,14 +6,16 @@ estimates or chooses effects knows nothing more of them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal
 
 from nrchain import slip_modes
 from nrchain.effects.registry import acting
 from nrchain.effects.slip import active_modes
-from nrchain.scene import Scene, load_scene
+from nrchain.errors import SceneError
+from nrchain.scene import CHOSEN, Scene, load_scene
 
 Kind = Literal["drop", "add"]
 
@@ -30,11 +32,37 @@ class Change:
     scene: Scene
 
 
+@dataclass(frozen=True)
+class Refused:
+    """An effect that a scene cannot drop or add, and why."""
+
+    effect: str
+    kind: Kind
+    reason: str
+
+
 def changes_of(scene: Scene) -> list[Change]:
     """Every effect of the scene that can be dropped, then those that can be added."""
-    drops = [Change(effect.name, "drop", effect.without(scene)) for effect in acting(scene)]
-    adds = [Change(name, "add", load_scene(scene, **keys)) for name, keys in _adds(scene)]
-    return drops + adds
+    return [found for found in _changes(scene) if isinstance(found, Change)]
+
+
+def refused_changes(scene: Scene) -> list[Refused]:
+    """The effects that could be dropped or added, were the scene not refused then."""
+    return [found for found in _changes(scene) if isinstance(found, Refused)]
+
+
+def _changes(scene: Scene) -> Iterator[Change | Refused]:
+    for effect in acting(scene):
+        yield _changed(effect.name, "drop", partial(effect.without, scene))
+    for name, keys in _adds(scene):
+        yield _changed(name, "add", partial(load_scene, scene, **keys))
+
+
+def _changed(effect: str, kind: Kind, make: Callable[[], Scene]) -> Change | Refused:
+    try:
+        return Change(effect, kind, make())
+    except SceneError as error:
+        return Refused(effect, kind, str(error))
 
 
 def has_finite_size(scene: Scene) -> bool:
@@ -43,9 +71,27 @@ def has_finite_size(scene: Scene) -> bool:
     return any(mode.flow(True) != mode.flow(False) for mode in found)
 
 
+def reaching(scene: Scene) -> list[str]:
+    """What of a scene acts between spheres as far apart as ``slip.neighbours`` says."""
+    names = [effect.name for effect in acting(scene) if effect.over_reach]
+    return ["slip", *names] if active_modes(scene) else names
+
+
+def keys_that_differ(scene: Scene, other: Scene) -> list[tuple[str, Any, Any]]:
+    """The keys that effects = "auto" decides and in which two scenes differ: key, old, new."""
+    sections = ((getattr(scene, path), getattr(other, path), path) for path in CHOSEN)
+    return [
+        (old.key(name), getattr(old, name), getattr(new, name))
+        for old, new, path in sections
+        for name in CHOSEN[path]
+        if getattr(old, name) != getattr(new, name)
+    ]
+
+
 def _adds(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
-    if active_modes(scene) and not reaches_all(scene, scene.slip.neighbours):
-        yield "slip of all pairs", {"slip.neighbours": "all"}
+    far, near = reaching(scene), not reaches_all(scene, scene.slip.neighbours)
+    if far and near and scene.can_reach_all:
+        yield f"{' and '.join(far)} of all pairs", {"slip.neighbours": "all"}
     if not scene.slip.finite_size and has_finite_size(scene):
         yield "finite size", {"slip.finite_size": True}
     if scene.friction.kind == "one-body":

@@ -54,6 +54,8 @@ def read_source(source: str | os.PathLike[str]) -> dict[str, Any]:
 
 def read_toml(text: str, *, origin: str = "TOML text") -> dict[str, Any]:
     """The raw table of TOML text; ``origin`` is what a refusal calls it."""
+    if not isinstance(text, str):
+        raise SceneError("scene", text, "must be TOML text")
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:

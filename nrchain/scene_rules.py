@@ -191,6 +191,8 @@ class Section:
     def from_mapping(cls, table: Mapping[str, Any]) -> Self:
         """The section of a raw table, in which None stands for a key that is not given."""
         known = cls.rules()
+        if not isinstance(table, Mapping):
+            raise SceneError(cls.path or cls.__name__.lower(), table, "must be a table")
         for name, value in table.items():
             if name not in known:
                 raise unknown(cls.key(name), value, known, cls.spellings())
@@ -211,8 +213,9 @@ def unknown(
     key: str, value: object, known: Iterable[str], meant: Iterable[str] | None = None
 ) -> SceneError:
     """The refusal of a key: the keys there are, and the nearest of those that may be ``meant``."""
-    hint = did_you_mean(key.rpartition(".")[2], known if meant is None else meant)
-    return SceneError(key, value, f"is not a known key; there are {', '.join(known)}{hint}")
+    # tables made in Python may have keys that are no strings
+    hint = did_you_mean(str(key).rpartition(".")[2], known if meant is None else meant)
+    return SceneError(str(key), value, f"is not a known key; there are {', '.join(known)}{hint}")
 
 
 def did_you_mean(given: object, names: Iterable[str]) -> str:

@@ -192,6 +192,8 @@ class SlipSpec(Section):
     @classmethod
     def from_mapping(cls, table: Mapping[str, Any]) -> Self:
         """The section of a raw table, in which every key that is not an option is a mode."""
+        if not isinstance(table, Mapping):
+            raise SceneError(cls.path, table, "must be a table")
         options = cls.spellings()
         given = {k: v for k, v in table.items() if k in options and v is not None}
         return cls(modes={k: v for k, v in table.items() if k not in options}, **given)

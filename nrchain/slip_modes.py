@@ -22,9 +22,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from typing import Any
 
 from nrchain.errors import SceneError
-from nrchain.scene_rules import did_you_mean
+from nrchain.scene_rules import did_you_mean, flag, is_whole, line, whole
 
 BASIS = ("n", "e", "x")
 """The three vectors of a flow: n, e and x = e × n."""
@@ -32,6 +33,13 @@ BASIS = ("n", "e", "x")
 Polynomial = tuple[Fraction, ...]
 """Coefficients of 1, c, c², …"""
 
+LARGEST_POWER = 64
+"""Of a/r in a flow: of larger ones nothing is left at any distance that spheres can have."""
+
+LARGEST_COEFFICIENT = 10**100
+
+_TABLE = "must be {(basis, power): coefficients}"
+_ROW = "coefficients must be a list of whole numbers, or fractions as text, of at most 1e100"
 _LABEL = re.compile(r"[0-9][0-9A-Za-z_]*")
 
 PairTable = dict[tuple[str, int], Polynomial]
@@ -65,26 +73,37 @@ class SlipMode:
     velocity: Mapping[tuple[str, int], Iterable[Fraction | int | str]]
 
     def __post_init__(self) -> None:
-        try:
-            table = {key: tuple(Fraction(p) for p in row) for key, row in self.velocity.items()}
-        except (TypeError, ValueError, AttributeError) as error:
-            allowed = "must be {(basis, power): coefficients}, whole numbers or fractions as text"
-            raise SceneError(f"velocity of mode {self.label}", self.velocity, allowed) from error
-        for basis, power in table:
-            if basis not in BASIS or power < 1:
-                raise SceneError(
-                    f"velocity of mode {self.label}",
-                    (basis, power),
-                    f"a row is keyed by one of {', '.join(BASIS)} and a power of a/r of at least 1",
-                )
-        object.__setattr__(self, "velocity", _clean(table))
+        if not (isinstance(self.label, str) and is_label(self.label)):
+            allowed = "must be a digit followed by letters, digits or _, such as '4t'"
+            raise SceneError("slip mode label", self.label, allowed)
+        line()(f"name of mode {self.label}", self.name)
+        whole(least=0)(f"order of mode {self.label}", self.order)
+        for name in ("polar", "chiral"):
+            flag()(f"{name} of mode {self.label}", getattr(self, name))
+        object.__setattr__(self, "velocity", _clean(self._read()))
         self._check()
+
+    def _read(self) -> PairTable:
+        """The table as given, in rational numbers."""
+        key, table = f"velocity of mode {self.label}", {}
+        try:
+            rows = list(self.velocity.items())
+        except (TypeError, AttributeError):
+            raise SceneError(key, self.velocity, _TABLE) from None
+        for place, row in rows:
+            basis, power = place if isinstance(place, tuple) and len(place) == 2 else (None, 0)
+            if basis not in BASIS or not is_whole(power) or not 1 <= power <= LARGEST_POWER:
+                raise SceneError(
+                    key,
+                    place,
+                    f"a row is keyed by one of {', '.join(BASIS)} and a power of a/r, a whole"
+                    f" number from 1 to {LARGEST_POWER}",
+                )
+            table[basis, power] = _polynomial(f"{key}, row {basis} (a/r)^{power}", row)
+        return table
 
     def _check(self) -> None:
         """Refuse what is not a Stokes flow of the symmetry stated, before it enters any kernel."""
-        if not is_label(self.label):
-            allowed = "must be a digit followed by letters, digits or _, such as '4t'"
-            raise SceneError("slip mode label", self.label, allowed)
         key = f"velocity of mode {self.label}"
         flow = self._table
         if not flow:
@@ -134,6 +153,17 @@ class SlipMode:
     def _spins(self) -> tuple[PairTable, PairTable]:
         plain, sized = (_scale(curl(flow), Fraction(1, 2)) for flow in self._flows)
         return plain, sized
+
+
+def _polynomial(key: str, row: Any) -> Polynomial:
+    """The coefficients of a row, if floats hold what is made of them."""
+    try:
+        p = tuple(Fraction(q) for q in row)
+    except (TypeError, ValueError, ArithmeticError):
+        raise SceneError(key, row, _ROW) from None
+    if isinstance(row, str) or any(abs(q) > LARGEST_COEFFICIENT for q in p):
+        raise SceneError(key, row, _ROW)
+    return p
 
 
 def is_label(text: object) -> bool:

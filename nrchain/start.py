@@ -12,6 +12,7 @@ from nrchain.errors import SceneError
 from nrchain.guard import contact_distance, has_turning_springs, most_turned_link
 from nrchain.h5md import refuse_snapshots
 from nrchain.scene import Scene
+from nrchain.seed import refuse_buried
 
 SOLVER_BYTES = 12_000
 """Memory of one sphere in an integrator with nearest neighbours."""
@@ -30,8 +31,8 @@ def starting_poses(
 
     Raises :class:`~nrchain.errors.SceneError` for poses of the wrong shape, that are not finite,
     frames that are not right-handed and orthonormal to 1e-8, spheres that overlap, links turned by
-    more than a quarter turn against the springs of twist and bend, and friction between spheres
-    cut where its mobility is not positive definite.
+    more than a quarter turn against the springs of twist and bend, friction between spheres cut
+    where its mobility is not positive definite, and a bend below ``run.atol`` that grows beyond it.
     """
     _refuse_size(a_scene(scene))
     with np.errstate(all="ignore"):
@@ -42,6 +43,7 @@ def starting_poses(
     _refuse_overlap(scene, points, scene.start.shape if positions is None else "positions")
     _refuse_turns(scene, turns, scene.start.shape if frames is None else "frames")
     _refuse_indefinite(scene, points)
+    refuse_buried(scene, points, turns)
     return points, turns
 
 

@@ -23,7 +23,7 @@ from nrchain.errors import SceneError
 from nrchain.hydrodynamics.friction import PairFriction
 from nrchain.lattice_sums import Reach, cosine_defect, cosine_sum, power_sum, sine_sum
 from nrchain.model import Model
-from nrchain.scene import ChainSpec, ElasticitySpec, RunSpec, Scene, Slip, SlipSpec
+from nrchain.scene import NO_SUM, ChainSpec, ElasticitySpec, RunSpec, Scene, Slip, SlipSpec
 
 Complex = NDArray[np.complex128]
 
@@ -151,11 +151,7 @@ class StraightChain:
             raise SceneError("slip", axes, allowed)
 
     def _refuse_sum(self) -> None:
-        raise SceneError(
-            "slip.neighbours",
-            self.reach,
-            "a flow that falls off as 1/r has no sum over an endless chain: name a number",
-        )
+        raise SceneError("slip.neighbours", self.reach, NO_SUM)
 
     def mobility(self, phases: np.ndarray) -> Complex:
         """μ(q) (..., 6, 6) in (u̇, φ̇) = μ (F, T), Hermitian; (6, 6) with one-body friction."""

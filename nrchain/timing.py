@@ -7,15 +7,20 @@ import time as clock
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from statistics import median
+from typing import Any
+from warnings import catch_warnings
 
 import numpy as np
 
-from nrchain.errors import SceneError
+from nrchain.errors import SceneError, SceneWarning
 from nrchain.run import Progress, simulate
-from nrchain.scene import Scene
+from nrchain.scene import Scene, load_scene
 from nrchain.trajectory import Trajectory
 
 REPEATS = 5
+
+FIRST_STEPS = 3
+"""Steps by which everything that a run compiles has been called."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +71,17 @@ def distance(trajectory: Trajectory, reference: Trajectory) -> tuple[float, floa
     return float(apart.max() / radius), float(np.arctan2(sine, cosine).max())
 
 
+def simulate_quietly(scene: Scene, **options: Any) -> Trajectory:
+    """A run in memory, without warnings of settings that are tried to be measured."""
+    with catch_warnings(action="ignore", category=SceneWarning):
+        return simulate(scene, **options)
+
+
+def prepare(scene: Scene) -> None:
+    """Take a few steps, so that the kernels of a scene are compiled before anything is timed."""
+    simulate_quietly(load_scene(scene, **{"run.max_steps": FIRST_STEPS}))
+
+
 def run_timed(scene: Scene) -> tuple[Trajectory, float, float]:
     """A run in memory, its wall time in seconds, and the part of it in the second half of t."""
     half = 0.0
@@ -76,7 +92,7 @@ def run_timed(scene: Scene) -> tuple[Trajectory, float, float]:
             half = progress.wall_time
 
     began = clock.perf_counter()
-    trajectory = simulate(scene, progress=watch)
+    trajectory = simulate_quietly(scene, progress=watch)
     seconds = clock.perf_counter() - began
     return trajectory, seconds, 1.0 - half / seconds
 
@@ -93,7 +109,8 @@ def measure_all(
 
     Repetitions are interleaved, so that what else the machine does falls on all alike. Every scene
     runs once, unless ``skip`` of its name and of what has been measured so far says no; repetitions
-    begin until ``seconds`` have passed. A scene whose integrator refuses it is left out.
+    begin until ``seconds`` have passed. A scene whose integrator refuses it, or whose start its
+    tolerance does not resolve, is left out.
     """
     began = clock.perf_counter()
     found: dict[str, Measured] = {}
@@ -101,9 +118,10 @@ def measure_all(
         if skip and skip(name, found):
             continue
         try:
+            prepare(scene)
             trajectory, took, late = run_timed(scene)
         except SceneError as error:
-            if error.key != "run.integrator":
+            if error.key not in ("run.integrator", "run.atol"):
                 raise
             continue
         counts = (int(trajectory.counters[k]) for k in ("steps", "evaluations", "jacobians"))

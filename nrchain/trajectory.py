@@ -153,8 +153,11 @@ class TrajectoryWriter:
         self._attach(path, h5md.create(path, scene, planned, told, overwrite=overwrite))
 
     @classmethod
-    def reopen(cls, path: str | Path) -> Self:
-        """Go on with the file of a run that was killed or stopped, marking it as running again."""
+    def reopen(cls, path: str | Path, choice: Choice | None = None) -> Self:
+        """Go on with the file of a run that was killed or stopped, marking it as running again.
+
+        ``choice`` is written over the one in the file, if it differs.
+        """
         writer = cls.__new__(cls)
         path = h5md.locate(path)
         h5md.refuse_missing(path)
@@ -163,6 +166,8 @@ class TrajectoryWriter:
         writer._attach(path, claim)
         try:
             with h5md.refusing(path, "cannot be written"):
+                if choice is not None and choice != _choice(writer._file):
+                    h5md.replace_text(writer._file, h5md.CHOICE, choice.to_json())
                 writer._set_status("running")
         except BaseException:
             writer._close()

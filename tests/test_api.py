@@ -124,6 +124,30 @@ def test_bad_arguments_are_named(changes, message):
         nrchain.active_wrenches(**arguments)
 
 
+@pytest.mark.parametrize("backend", ["native", "pystokes"])
+@pytest.mark.parametrize(
+    "changes",
+    [{"radius": 1e200}, {"viscosity": 1e308}, {"positions": 1e-200}, {"slip": {"2s": 1e308}}],
+)
+def test_wrenches_beyond_the_range_of_floats_are_refused(backend, changes):
+    positions, frames = random_chain(3)
+    changes = dict(changes)
+    positions = positions * changes.pop("positions", 1.0)
+    slip = changes.pop("slip", {"2s": 1e5}), 3.0
+    with pytest.raises(nrchain.SceneError, match="range of floating point"):
+        nrchain.active_wrenches(
+            positions, frames, slip[0], **{"radius": slip[1], "backend": backend} | changes
+        )
+
+
+@pytest.mark.parametrize("law", [nrchain.elastic_wrenches, nrchain.elastic_energy])
+def test_elasticity_beyond_the_range_of_floats_is_refused(law):
+    positions, frames = random_chain(3)
+    moduli = dict.fromkeys(["stretch", "shear", "twist", "bend"], 1e100)
+    with pytest.raises(nrchain.SceneError, match="range of floating point"):
+        law(1e150 * positions, frames, spacing=1.0, **moduli)
+
+
 def test_a_slip_may_be_the_table_of_a_scene_file():
     positions, frames = random_chain(5)
     table = {"strength": [1.0, 2.0, 3.0, 4.0, 5.0], "axis": [0.0, 3.0, 4.0]}

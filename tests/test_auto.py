@@ -1,14 +1,16 @@
 """effects = "auto" keeps its tolerance, says what it left out, and stops when that grows."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import nrchain
-from nrchain.auto import choose, full_scene, ladder
+from nrchain.auto import carry_on, choose, full_scene, ladder
 from nrchain.choice import Choice, Watch
-from nrchain.errors import SceneError
+from nrchain.description import describe
+from nrchain.errors import SceneError, TrajectoryError
 from nrchain.model import Model
 from nrchain.nominal_cost import Fluid, evaluation_cost
 from nrchain.outcome import Cause, Stop
@@ -77,6 +79,21 @@ def test_a_run_stops_when_what_is_left_out_grows(quiet):
     assert stopped.cause is Cause.NEGLECTED
     assert stopped.status == "stopped"
     assert "left out" in stopped.reason
+    assert "friction.kind = 'pairwise' names it" in stopped.reason
+
+
+def test_a_run_whose_bound_broke_goes_on_only_unwatched_and_says_so(quiet, tmp_path):
+    scene, choice = choose(quiet)
+    small = replace(choice, tolerance=1e-9, velocities=tuple(np.zeros(len(choice.times))))
+    path = tmp_path / "auto.h5"
+    stopped = nrchain.simulate(scene, choice=small, output=path)
+    with pytest.raises(TrajectoryError, match=r"'pairwise' .* unwatched"):
+        nrchain.resume(path)
+    done = nrchain.resume(path, unwatched=True)
+    assert done.status == "completed"
+    assert done.choice.watched_until == stopped.time[-1]
+    assert f"not watched from t = {stopped.time[-1]:.4g}" in done.choice.lines()[-1]
+    assert np.array_equal(done.positions, nrchain.simulate(scene).positions)
 
 
 def test_a_run_that_goes_on_keeps_its_choice(quiet, tmp_path):
@@ -93,9 +110,60 @@ def test_nothing_left_out_is_not_watched(quiet):
     assert Choice.from_json(told.to_json()) == told
 
 
+def test_what_a_choice_sets_and_how_far_it_looked_is_told(quiet):
+    stated = nrchain.load_scene(quiet, friction="one-body", **{"slip.neighbours": 1})
+    _, choice = choose(nrchain.load_scene(stated, tolerance=1e-4))
+    assert choice.lines()[1] == "keys set by it: friction.kind from 'one-body' to 'pairwise'"
+    _, choice = choose(quiet)
+    assert choice.sets == ()
+    assert f"(to t = {quiet.run.end:g})" in choice.lines()[-1]
+    _, choice = choose(quiet, budget=0.005)
+    assert choice.probed < quiet.run.end
+    assert "an estimate beyond t =" in choice.lines()[-1]
+
+
+def test_a_probe_that_sees_nothing_leaves_nothing_out(quiet):
+    scene, choice = choose(quiet, budget=0.0)
+    assert scene == full_scene(quiet)
+    assert not choice.left_out
+
+
+def test_a_net_force_on_a_periodic_chain_leaves_out_the_friction_it_cannot_have():
+    pulled = {"chain.ends": "periodic", "field.force": [0.0, 0.0, -1.0], "slip.2s": 20.0}
+    scene = nrchain.load_scene("passive", **QUIET, **pulled)
+    full = full_scene(scene)
+    assert full.friction.kind == "one-body"
+    assert full.slip.neighbours == "all"
+    assert all(one.friction == 0.0 for one in ladder(full))
+    chosen, choice = choose(scene)
+    assert chosen.friction.kind == "one-body"
+    assert "no part of it: field" in choice.lines()[0]
+
+
+def test_the_full_model_has_the_disturbance_of_a_flow_by_all_spheres():
+    sheared = {"flow.gradient": [[0.0, 0.01, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]}
+    scene = nrchain.load_scene("passive", **QUIET, **sheared)
+    full = full_scene(scene)
+    assert full.slip.neighbours == "all"
+    near = ladder(nrchain.load_scene(full, **{"chain.particles": 300}))
+    assert min(one.reach for one in near) < 300
+    assert evaluation_cost(full) > evaluation_cost(full, near[0])
+    told = describe(scene)
+    assert not told.without_effect
+    assert not told.warnings  # a passive chain has no slip to warn of
+
+
 def test_a_choice_is_watched_from_its_own_poses(quiet):
     scene, choice = choose(quiet)
     poses = nrchain.simulate(scene).positions[-1], nrchain.simulate(scene).frames[-1]
     bent = poses[0] + np.sin(np.arange(20))[:, None] * [0.0, 2.0, 0.0]
     with pytest.raises(Stop):
         Watch(scene, choice, Model(scene)).check(scene.run.end, (bent, poses[1]))
+
+
+def test_a_difference_is_carried_on_by_its_own_law():
+    times = np.linspace(0.0, 10.0, 41)
+    growing = 1e-3 * np.exp(0.5 * times)
+    assert carry_on(times, growing, 20.0) == pytest.approx(1e-3 * math.exp(10.0))
+    assert carry_on(times, 0.3 * times, 20.0) == pytest.approx(6.0)
+    assert carry_on(times, np.exp(-times), 20.0) == math.exp(-10.0)

@@ -65,7 +65,7 @@ class Stub:
             self.fill(writer, range(self.reached or len(times)), progress)
         return Trajectory.open(output)
 
-    def resume(self, path, *, progress=None):
+    def resume(self, path, *, unwatched=False, progress=None):
         with TrajectoryWriter.reopen(path) as writer:
             self.scene = writer.scene
             begin = len(Trajectory.open(path).time)
@@ -214,11 +214,13 @@ def test_plan_writes_nothing_and_warns(tmp_path, stub, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = call("plan", "buckling", "--set", "chain.particles=64")
     assert result.exit_code == 0, result.stderr
-    for part in ("closest approach", "stretch", "growth", "reach", "slip 2s", "turned"):
+    for part in ("closest approach", "stretch", "growth", "reach", "slip 2s", "end:"):
         assert part in result.stdout
     assert "warning: out of the beam limit" in result.stderr
     assert stub.scene is None
     assert not any(tmp_path.iterdir())
+    early = call("plan", "buckling", "--set", "chain.particles=8", "--budget", "0.01")
+    assert "where the probe ended; the end is not known" in early.stdout
     assert_refused(call("plan", "bucklin"), "did you mean 'buckling'")
 
 
@@ -230,6 +232,7 @@ def test_effects_chosen_for_a_tolerance_are_told(tmp_path, stub):
     assert "0.01 allowed" in result.stdout
     assert stub.scene.effects == "named"
     assert Trajectory.open(tmp_path).choice.left_out == ("friction between spheres",)
+    assert "left out friction between spheres" in call("plan", "passive", *changes).stdout
     assert_refused(call("plan", "passive", "--set", "effects=auto"), "tolerance")
 
 

@@ -112,6 +112,13 @@ def test_advice_says_when_the_target_is_out_of_reach():
     assert "no setting" in advice.sure[0]
 
 
+def test_a_chain_that_does_not_move_is_measured_too():
+    advice = found(measured(0.0, 1.0), reference_error=0.0).advise(1e-4)
+    assert advice.reached
+    assert advice.error == 0.0
+    assert advice.sure[0] == "no two runs differ: the chain does not move"
+
+
 def test_errors_near_that_of_the_reference_are_not_trusted():
     table = found(measured(1e-12, 1.0), reference_error=1e-9)
     assert not table.advise(1e-9).reached
@@ -203,3 +210,26 @@ def test_the_command_says_which_setting_to_use(monkeypatch, measured_scene):
         assert line in result.stdout
     for axis in ("stepping", "reach", "model"):
         assert axis in result.stdout
+
+
+def test_nothing_timed_is_the_first_of_its_kernels(monkeypatch, run):
+    """Whoever is timed has run before: no time is that of compiling."""
+    began = []
+    whole = timing.simulate
+
+    def watched(scene, **options):
+        began.append((scene.run.integrator, scene.run.max_steps, bool(options)))
+        return whole(scene, **options)
+
+    monkeypatch.setattr(timing, "simulate", watched)
+    measure_all({"": load_scene(SMALL, **{"run.snapshots": 4})}, run, repeats=1)
+    assert began == [("cvode", timing.FIRST_STEPS, False), ("cvode", None, True)]
+
+
+def test_effects_left_to_choice_are_chosen_before_anything_is_measured(monkeypatch):
+    def shortened(scene, allowed):
+        raise SceneError("reached", scene.effects, "is what is measured")
+
+    monkeypatch.setattr(cost, "_shortened", shortened)
+    with pytest.raises(SceneError, match="reached = 'named'"):
+        work_precision(load_scene(SMALL, effects="auto", tolerance=0.1))

@@ -1,12 +1,14 @@
 """What is estimated of an effect before a run is what runs with and without it show."""
 
-import math
+import itertools
+import time
 
 import numpy as np
 import pytest
 
 import nrchain
-from nrchain.estimate import carry_on, estimate_effects
+from nrchain.estimate import estimate_effects
+from nrchain.paired import apart
 from nrchain.plan_effects import COLUMNS, plan_effects
 from nrchain.scene_changes import changes_of
 
@@ -23,7 +25,7 @@ def test_estimates_are_the_differences_of_whole_runs():
         ("slip of all pairs", "add"),
         ("friction between spheres", "add"),
     }
-    assert all(one.source == "probe" for one in told)
+    assert all(one.ends and not one.stops for one in told)
     for one in told:
         if one.change.effect in ("slip 3t", "slip of all pairs", "friction between spheres"):
             other = nrchain.simulate(one.change.scene)
@@ -56,18 +58,73 @@ def test_the_growth_of_an_effect_is_that_of_the_lattice():
     assert one.growth == pytest.approx(np.subtract(*rates), rel=1e-9)
 
 
-def test_a_difference_is_carried_on_by_its_own_law():
-    times = np.linspace(0.0, 10.0, 41)
-    growing = 1e-3 * np.exp(0.5 * times)
-    assert carry_on(times, growing, 20.0, 1.0, 1e9) == pytest.approx(1e-3 * math.exp(10.0))
-    assert carry_on(times, growing, 20.0, 1.0, 2.0) == 2.0
-    assert carry_on(times, growing, 20.0, 0.1, 1e9) == pytest.approx(growing[-1] * math.exp(1.0))
-    assert carry_on(times, 0.3 * times, 20.0, 1.0, 1e9) == pytest.approx(6.0)
-    assert carry_on(times, np.exp(-times), 20.0, 1.0, 1e9) == math.exp(-10.0)
+def test_a_change_that_is_costly_holds_up_no_other():
+    """Without shear this chain slides along its own bonds, at ten times the steps."""
+    scene = nrchain.load_scene("helix-left")
+    changes = [c for c in changes_of(scene) if c.effect in ("shear", "slip 3a")]
+    told = {e.change.effect: e for e in estimate_effects(scene, changes, budget=0.5).estimates}
+    assert told["slip 3a"].ends
+    assert told["slip 3a"].until == scene.run.end
+    assert not told["shear"].ends
+    assert 0.0 < told["shear"].until < scene.run.end
+    assert told["shear"].displacement > 0.0
+
+
+def test_where_a_run_stops_the_difference_is_that_of_its_stop():
+    scene = nrchain.load_scene("spiral-left")
+    changes = [c for c in changes_of(scene) if c.effect == "twist"]
+    one = estimate_effects(scene, changes).estimates[0]
+    assert one.ends
+    assert "without it the run stops: link-turned" in one.stops
+    early = {"run.end": 0.999 * one.until, "run.snapshots": 2}
+    runs = [nrchain.simulate(nrchain.load_scene(s, **early)) for s in (scene, one.change.scene)]
+    found = apart(*((run.positions[-1], run.frames[-1]) for run in runs), scene.chain.radius)
+    assert (one.displacement, one.turn) == pytest.approx(found, rel=0.05)
+
+
+def test_what_the_probe_does_not_reach_is_marked_and_what_it_cannot_see_is_unknown():
+    scene = nrchain.load_scene("buckling", **SHORT)
+    found = plan_effects(scene, estimate_effects(scene, budget=0.02))
+    assert all("*" in row[3] and "*" in row[4] for row in found.rows())
+    assert all("the end is not known" in remark for remark in found.remarks())
+    none = plan_effects(scene, estimate_effects(scene, budget=0.0))
+    assert all(row[3:5] == ("?", "?") for row in none.rows())
 
 
 def test_a_table_of_effects_has_a_cell_for_every_column():
     effects = plan_effects(nrchain.load_scene("passive", **{"run.end": 1.0}))
     assert all(len(row) == len(COLUMNS) for row in effects.rows())
     assert {row[0] for row in effects.rows()} > {"stretch", "+ friction between spheres"}
-    assert any("tolerance 3e-05" in note for note in effects.notes())
+    assert any("tolerance 3e-06" in note for note in effects.notes())
+
+
+def test_a_plan_does_not_depend_on_the_clock(monkeypatch):
+    """A machine on which every look at the clock takes an hour foretells the same."""
+    scene = nrchain.load_scene("passive", **{"run.end": 1.0, "chain.particles": 6})
+    quick = plan_effects(scene)
+    hours = itertools.count(step=3600.0)
+    for name in ("perf_counter", "process_time", "monotonic", "time"):
+        monkeypatch.setattr(time, name, lambda: next(hours))
+    slow = plan_effects(scene)
+    assert slow.seconds > 3600.0
+    assert slow.estimates == quick.estimates
+    assert slow.probe == quick.probe
+    assert [row[:-1] for row in slow.rows()] == [row[:-1] for row in quick.rows()]
+
+
+def test_a_change_that_the_scene_does_not_allow_has_a_row_with_the_reason():
+    """Forces on all spheres of a periodic chain drag endless fluid along."""
+    pulled = {"chain.ends": "periodic", "field.force": [0.0, 0.0, -1.0]}
+    effects = plan_effects(nrchain.load_scene("passive", **SHORT, **pulled))
+    refused = [row for row in effects.rows() if "not possible" in row]
+    assert [row[0] for row in refused] == ["+ friction between spheres"]
+    assert len(refused[0]) == len(COLUMNS)
+    assert any("has a net force" in remark for remark in effects.remarks())
+
+
+def test_the_reach_of_a_disturbed_flow_is_a_change():
+    sheared = {"flow.gradient": [[0.0, 0.01, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]}
+    names = [c.effect for c in changes_of(nrchain.load_scene("passive", **SHORT, **sheared))]
+    assert "strain of all pairs" in names
+    names = [c.effect for c in changes_of(nrchain.load_scene("buckling", **SHORT, **sheared))]
+    assert "slip and strain of all pairs" in names

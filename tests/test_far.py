@@ -1,10 +1,12 @@
 """A chain that swims far keeps the digits of its links; a step to a half turn leaves nothing."""
 
 import numpy as np
+import pytest
 
 import nrchain
 from nrchain.integrators import INTEGRATORS
 from nrchain.outcome import Cause
+from nrchain.start import starting_poses
 
 
 def test_a_chain_that_swims_ten_million_lengths_takes_no_more_steps():
@@ -21,6 +23,20 @@ def test_a_chain_that_swims_ten_million_lengths_takes_no_more_steps():
     assert run.status == "completed"
     assert run.counters["steps"] < 2000
     assert np.abs(run.positions[-1]).max() > 1e8
+
+
+@pytest.mark.parametrize("far", [1e10, 1e12])
+def test_a_clamped_chain_may_be_anywhere(far):
+    """Its links are known by differences: 1e12 away a coordinate is rounded to 1e-4."""
+    scene = nrchain.load_scene("buckling", **{"run.end": 50.0, "run.max_steps": 1000})
+    positions, frames = starting_poses(scene)
+    shift = np.array([far, 0.0, 0.0])
+    near = nrchain.simulate(scene)
+    there = nrchain.simulate(scene, positions=positions + shift, frames=frames)
+    assert there.status == "completed"
+    assert there.counters["steps"] == near.counters["steps"]
+    np.testing.assert_array_equal(there.positions[..., 1:], near.positions[..., 1:])
+    np.testing.assert_array_equal(there.positions[-1, [0, -1]], positions[[0, -1]] + shift)
 
 
 def test_nothing_of_a_step_to_the_half_turn_is_kept(monkeypatch):

@@ -1,5 +1,7 @@
 """Waves, motions and shapes that are known, written into trajectories and read back."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,6 +14,16 @@ from nrchain.lattice import Branch, lattice_rates
 from nrchain.measure import MeasurementError
 
 D = 10.0
+MEASURES = [
+    "wave",
+    "rate",
+    "fit_shape",
+    "translation",
+    "spin",
+    "turned_angle",
+    "handedness",
+    "straightness",
+]
 
 
 def made_of(positions, time=None, frames=None, ends="free"):
@@ -294,3 +306,59 @@ def test_a_simulated_wave_has_the_rate_of_the_lattice(slip, shape, kind, branch)
     exact = complex(lattice_rates(scene, scene.wavevector)[branch])
     assert abs(rate.value - exact) < 1e-4 * abs(exact)
     assert rate.error < 1e-4 * abs(exact)
+
+
+def decaying(amplitude, end, **run):
+    """A ring of pullers whose longest helix decays into what the tolerances leave uncertain."""
+    start = {"shape": "helix-left", "amplitude": amplitude}
+    changes = {f"run.{key}": value for key, value in run.items()}
+    scene = {"chain.ends": "periodic", "start": start, "run.end": end, **changes}
+    return nrchain.simulate(nrchain.load_scene("stable", **scene))
+
+
+def test_what_has_decayed_below_the_tolerance_is_left_out():
+    run = decaying(1e-3, 1500.0, snapshots=151)
+    wave = measure.wave(run, kind="left")
+    assert np.abs(wave.amplitude[-1]) < 1e-8
+    rate = measure.rate(wave)
+    exact = lattice_rates(run.scene, run.scene.wavevector)[Branch.BEND_MINUS].real
+    assert abs(rate.growth.value - exact) < 3.0 * rate.growth.error < 0.05 * abs(exact)
+    assert abs(wave.amplitude[wave.time == rate.end][0]) > 50.0 * run.scene.run.atol
+    with pytest.raises(MeasurementError, match="0 snapshots from t = 1000 on"):
+        measure.rate(wave, 1000.0)
+
+
+@pytest.mark.parametrize("of", ["displacement", "tilt", "shear"])
+def test_a_wave_below_the_tolerance_has_no_rate(of):
+    run = decaying(1e-8, 50.0, snapshots=11)
+    with pytest.raises(MeasurementError, match=r"lower run\.atol"):
+        measure.rate(measure.wave(run, kind="left", of=of))
+    finer = decaying(1e-8, 50.0, snapshots=11, atol=1e-14)
+    exact = lattice_rates(run.scene, run.scene.wavevector)[Branch.BEND_MINUS].real
+    found = measure.rate(measure.wave(finer, kind="left"))
+    assert found.growth.value == pytest.approx(exact, rel=1e-3)
+
+
+@pytest.mark.parametrize("given", [None, 5, "x"])
+@pytest.mark.parametrize("name", MEASURES)
+def test_what_is_no_trajectory_is_refused(name, given):
+    with pytest.raises(MeasurementError, match="must be a"):
+        getattr(measure, name)(given)
+
+
+def test_wrong_arguments_of_measures_are_named():
+    trajectory = made_of(straight(8, 6), ends="periodic")
+    for wavenumber in ("a", [0.1], 1j, math.nan, 10**400, True):
+        with pytest.raises(MeasurementError, match=r"^wavenumber = "):
+            measure.wave(trajectory, wavenumber)
+    for start in ("a", [1], 1j, math.nan):
+        with pytest.raises(MeasurementError, match=r"^start = "):
+            measure.translation(trajectory, start)
+    for kind in (None, ["y"], np.array(["y", "z"])):
+        with pytest.raises(MeasurementError, match=r"^kind = "):
+            measure.wave(trajectory, kind=kind)
+        with pytest.raises(MeasurementError, match=r"^of = "):
+            measure.wave(trajectory, of=kind)
+    wave = measure.wave(with_wave(2 * np.pi / 240, np.full(6, 0.1), "y"), kind="y")
+    with pytest.raises(MeasurementError, match=r"^most_misfit = "):
+        measure.rate(wave, most_misfit="x")

@@ -21,7 +21,7 @@ def examples(heading):
 
 
 def test_the_motion_is_taken_apart():
-    decomposition, _ = examples("Effects")
+    decomposition, *_ = examples("Effects")
     names = {"nrchain": nrchain}
     exec(decomposition.replace('"buckling", **{', '"buckling", **{"run.end": 5.0, '), names)
     found = names["found"]
@@ -30,10 +30,11 @@ def test_the_motion_is_taken_apart():
 
 
 def test_an_effect_of_ones_own():
-    _, registration = examples("Effects")
+    _, registration, check = examples("Effects")
     names = {"nrchain": nrchain, "__name__": "readme"}
     try:
         exec(registration, names)
+        exec(check, names)
         scene = nrchain.load_scene(names["scene"], **CHANGES)
         tether, poses = names["Tether"](scene), random_chain(5)
         x = poses[0] - np.array([60.0, 0.0, 50.0])

@@ -60,6 +60,7 @@ def wild_scenes(draw):
     }
 
 
+@pytest.mark.filterwarnings("ignore::nrchain.errors.SceneWarning")
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(wild_scenes())
 def test_every_scene_completes_is_refused_or_stops_for_a_cause(table):

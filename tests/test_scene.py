@@ -146,6 +146,16 @@ REFUSALS = [
     ({"friction.backend": "none"}, "friction.backend", "one of native, pystokes"),
     ({"friction": 3}, "friction", "must be a table"),
     ({**PERIODIC, "slip.backend": "pystokes"}, "slip.backend", "no periodic images"),
+    ({**PERIODIC, "slip.neighbours": 10**8}, "slip.neighbours", "at most 100000 on a periodic"),
+    (
+        {**PERIODIC, "friction": {"kind": "pairwise", "neighbours": 2**63 - 1}},
+        "friction.neighbours",
+        "at most 100000 on a periodic",
+    ),
+    ({"slip.2s": {1: 1}}, "slip.2s.1", "there are strength, axis"),
+    ({"slip.2s": 16**5000}, "slip.2s", "a finite number"),
+    ({"run.snapshots": -(16**5000)}, "run.snapshots", "a whole number"),
+    ({"title": [16**5000]}, "title", "one line of printable text"),
     ({"steric.strength": 1.0}, "steric.strength", "name steric.kind"),
     ({"steric.range": 3.0}, "steric.range", "name steric.kind"),
     ({"steric.kind": "wca"}, "steric.strength", "along with steric.kind"),
@@ -596,3 +606,15 @@ def test_importing_scenes_stays_light():
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
     assert printed.stdout.strip() == "set()"
+
+
+@pytest.mark.parametrize("text", [None, b"title = 'x'", 5])
+def test_what_is_no_toml_text_is_refused(text):
+    with pytest.raises(SceneError, match="must be TOML text"):
+        Scene.from_toml(text)
+
+
+@pytest.mark.parametrize("kind", [Scene, ChainSpec, SlipSpec])
+def test_what_is_no_table_is_refused(kind):
+    with pytest.raises(SceneError, match="must be a table"):
+        kind.from_mapping(None)

@@ -6,6 +6,8 @@ import pytest
 
 from nrchain import slip_modes
 from nrchain.errors import SceneError
+from nrchain.scene import load_scene
+from nrchain.scene_changes import changes_of
 from nrchain.slip_modes import SlipMode, curl, laplacian
 
 # Physics reference, section 2: a w / V over powers of a/r, written out by hand.
@@ -73,6 +75,20 @@ def test_flows_have_no_divergence(mode):
         ({"velocity": {("x", 3): (0, 0, 1)}, "polar": True, "chiral": True}, "Stokes flow"),
         ({"velocity": {}}, "at least one row"),
         ({"velocity": {("n", 2): ("x",)}}, "coefficients"),
+        ({"velocity": {("n", 2): ("1/0",)}}, r"row n \(a/r\)\^2 = \('1/0',\): coefficients"),
+        ({"velocity": {("n", 2): (float("inf"),)}}, "coefficients"),
+        ({"velocity": {("n", 2): (10**400,)}}, "coefficients"),
+        ({"velocity": {("n", 2): "12"}}, "coefficients"),
+        ({"velocity": {("n", 2): 5}}, "coefficients"),
+        ({"velocity": {("n", 2, 3): (1,)}}, "keyed by one of n, e, x"),
+        ({"velocity": {5: (1,)}}, "keyed by one of n, e, x"),
+        ({"velocity": {("n", "2"): (1,)}}, "keyed by one of n, e, x"),
+        ({"velocity": {("n", 2.5): (1,)}}, "keyed by one of n, e, x"),
+        ({"velocity": None}, "must be {"),
+        ({"order": "2"}, "order of mode 9z = '2': must be a whole number"),
+        ({"polar": None}, "true or false"),
+        ({"name": None}, "printable text"),
+        ({"label": 9}, "a digit followed"),
         ({"polar": True}, "odd in e"),
         ({"chiral": True}, "e × n"),
         ({"label": "backend"}, "a digit followed"),
@@ -91,6 +107,22 @@ def test_modes_that_are_no_such_flow_are_refused(changes, message):
     SlipMode(**good)
     with pytest.raises(SceneError, match=message):
         SlipMode(**(good | changes))
+
+
+def test_a_flow_as_of_a_force_has_no_sum_over_images():
+    """(e + n c) a/r: images on both sides push the same way, Σ 1/m without end."""
+    stokeslet = {("e", 1): (1,), ("n", 1): (0, 1)}
+    slip_modes.register(SlipMode("1s", "stokeslet", 1, True, False, stokeslet))
+    try:
+        ends = {"slip.2s": None, "slip.1s": 1.0, "chain.ends": "periodic"}
+        scene = load_scene("buckling", **ends)
+        with pytest.raises(SceneError, match=r"^slip\.neighbours = 'all': .*1/r has no sum"):
+            load_scene(scene, **{"slip.neighbours": "all"})
+        assert load_scene(scene, **{"slip.neighbours": "all", "slip.1s": 0.0})
+        assert load_scene(scene, **{"slip.neighbours": "all", "chain.ends": "free"})
+        assert "slip of all pairs" not in [change.effect for change in changes_of(scene)]
+    finally:
+        slip_modes.unregister("1s")
 
 
 def test_only_modes_can_be_registered():

@@ -154,19 +154,20 @@ def _record(recorder: Recorder, found: list[Outcome]) -> None:
         source=f"{len(found)} scenes; all combinations tried, least of {REPEATS} times each",
     )
     whole = [(one.chosen_seconds + one.choosing) / one.rival for one in found]
-    recorder.bound(
-        "the same with the time of choosing, median",
-        float(np.median(whole)),
-        most=FACTOR,
-        source="a probe beside the full model",
-    )
-    recorder.bound(
-        "the same with the time of choosing, part within a factor of two",
-        float(np.mean(np.array(whole) <= FACTOR)),
-        least=0.5,
-        source="no such claim is made in every case: the full model has to be looked at to be "
-        "left out",
-    )
+    if not recorder.quick:  # whose few scenes are short beside any probe
+        recorder.bound(
+            "the same with the time of choosing, median",
+            float(np.median(whole)),
+            most=FACTOR,
+            source="a probe beside the full model",
+        )
+        recorder.bound(
+            "the same with the time of choosing, part within a factor of two",
+            float(np.mean(np.array(whole) <= FACTOR)),
+            least=0.5,
+            source="no such claim is made in every case: the full model has to be looked at to be "
+            "left out",
+        )
     left = [one for one in found if one.choice.left_out]
     bounds = [one.error / one.choice.bound for one in left]
     recorder.bound(

@@ -14,6 +14,7 @@ from nrchain.errors import SceneError
 from nrchain.estimate import (
     EARLY,
     PROBE_TOLERANCE,
+    RESOLUTION,
     SAMPLES,
     Estimate,
     Estimates,
@@ -33,7 +34,8 @@ from validation.recorder import Recorder
 SCENES, QUICK_SCENES = 48, 3
 TIGHT = 1e-9
 NOISE = 10.0
-"""Differences below this many times the error of the run, or its tolerance, say nothing."""
+"""Differences below this many times the error of the run say nothing, nor do those that a plan
+does not resolve."""
 
 TIMED = 8
 """Scenes whose estimates are timed, beside the runs that they stand for."""
@@ -42,8 +44,6 @@ FINE = (SAMPLES - 1) * 2 ** (EARLY - 1) + 1
 """Snapshots of the run whose velocities are compared: at all times that a probe is looked at."""
 
 FACTOR = 2.0
-PART = 0.25
-"""Part of the run that the short probes see."""
 
 QUANTITIES = ("displacement", "turn", "velocity")
 
@@ -70,7 +70,6 @@ class Case:
 def compare(recorder: Recorder) -> None:
     """Record estimates from whole probes, and from short ones, against the runs."""
     cases: list[Case] = []
-    short: list[Case] = []
     planned = ran = replaced = 0.0
     count = QUICK_SCENES if recorder.quick else SCENES
     for seed in range(count):
@@ -82,12 +81,8 @@ def compare(recorder: Recorder) -> None:
             planned += clock.process_time() - began
             ran += _seconds(scene)
             replaced += sum(_seconds(one.change.scene) for one in told.estimates)
-        found = _measure(seed, scene, told)
-        cases += found
-        early = estimate_effects(scene, end=PART * scene.run.end)
-        short += _held_against(found, early)
+        cases += _measure(seed, scene, told)
     _record(recorder, count, cases, (planned / ran, planned / (ran + replaced)))
-    _record_short(recorder, short)
 
 
 def _measure(seed: int, scene: Scene, told: Estimates) -> list[Case]:
@@ -117,8 +112,8 @@ def _measure(seed: int, scene: Scene, told: Estimates) -> list[Case]:
                     "velocity": one.velocity_along,
                 },
                 {
-                    "displacement": NOISE * max(blur, scene.run.atol),
-                    "turn": NOISE * max(twist, scene.run.atol),
+                    "displacement": max(NOISE * blur, RESOLUTION),
+                    "turn": max(NOISE * twist, RESOLUTION),
                     "velocity": NOISE * TIGHT,
                 },
                 _foreseen(scene, one, other),
@@ -163,19 +158,6 @@ def _foreseen(scene: Scene, one: Estimate, other: Trajectory) -> bool:
     return (other.status != "completed") == bool(one.stops)
 
 
-def _held_against(found: list[Case], early: Estimates) -> list[Case]:
-    """The same measurements beside the estimates of a probe that ended early."""
-    cases = []
-    told = {(one.change.effect, one.change.kind): one for one in early.estimates}
-    for case in found:
-        one = told[case.estimate.change.effect, case.estimate.change.kind]
-        if one.stops or not math.isclose(one.until, case.estimate.until):
-            continue
-        estimated = {"displacement": one.displacement, "turn": one.turn}
-        cases.append(Case(case.seed, one, case.measured, estimated, case.noise, None))
-    return cases
-
-
 def _record(recorder: Recorder, scenes: int, cases: list[Case], cost: tuple[float, float]) -> None:
     recorder.bound(
         "scenes whose effects are estimated",
@@ -217,34 +199,6 @@ def _record(recorder: Recorder, scenes: int, cases: list[Case], cost: tuple[floa
         _draw(cases),
         "Distance at the end, in radii, with and without an effect: as estimated before the run "
         "and as measured. Lines: a factor of two.",
-    )
-
-
-def _record_short(recorder: Recorder, cases: list[Case]) -> None:
-    """What estimates are worth that had to be carried on from the first part of a run."""
-    ratios = [r for c in cases if (r := c.ratio("displacement")) is not None]
-    hits = sum(1 / FACTOR <= r <= FACTOR for r in ratios)
-    if not ratios:
-        raise ValueError("no short probe says anything of the end of a run")
-    factors = np.exp(np.abs(np.log(np.maximum(ratios, 1e-300))))
-    recorder.table(
-        "Estimates carried on",
-        [
-            "Effects above noise",
-            "Within a factor of 2",
-            "Median factor",
-            "90 % are within",
-            "Worst",
-        ],
-        [(len(ratios), hits, *(float(np.quantile(factors, q)) for q in (0.5, 0.9, 1.0)))],
-        f"Distance at the end as estimated from a probe of the first {PART:g} of the run, carried "
-        "on by its own growth: what a plan says of a scene too costly to probe to its end.",
-    )
-    recorder.bound(
-        "carried on from a quarter of the run: part within a factor of two",
-        hits / len(ratios),
-        least=0.5,
-        source="no claim of a factor of two is made where a probe ends early",
     )
 
 

@@ -12,10 +12,11 @@ import random
 from collections import Counter
 from dataclasses import replace
 from typing import Any
+from warnings import catch_warnings
 
 import numpy as np
 
-from nrchain import NrchainError, Trajectory, scene_names, simulate
+from nrchain import NrchainError, SceneWarning, Trajectory, scene_names, simulate
 from nrchain.outcome import Cause
 from nrchain.scene import Scene, scene_path
 
@@ -142,7 +143,8 @@ def fate(scene: Scene) -> str:
         max_steps=min(scene.run.max_steps or STEPS, STEPS),
         max_seconds=min(scene.run.max_seconds or SECONDS, SECONDS),
     )
-    ended = simulate(replace(scene, run=run))
+    with catch_warnings(action="ignore", category=SceneWarning):
+        ended = simulate(replace(scene, run=run))
     _check(ended)
     return str(ended.cause or ended.status)
 

@@ -7,6 +7,7 @@ here belongs to its chain.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -74,9 +75,13 @@ def spin(trajectory: Trajectory) -> float:
 
 
 def turning(trajectory: Trajectory) -> float:
-    """dφ/dt of the projection on the helix the chain started from, over the second half."""
+    """dφ/dt of the projection on the helix the chain started from, over the second half.
+
+    The chain turns as a whole, so this is its rate whatever shape the ends have given it by then.
+    """
     wave = measure.wave(trajectory, kind="left")
-    return measure.rate(wave, trajectory.time[-1] / 2).frequency.value
+    late = trajectory.time[-1] / 2
+    return measure.rate(wave, late, most_misfit=math.inf).frequency.value
 
 
 @dataclass(frozen=True)

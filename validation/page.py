@@ -33,7 +33,12 @@ figcaption { max-width: 48rem; } sup { line-height: 0; }
 summary { cursor: pointer; font-weight: 600; margin: 1.8rem 0 .6rem; }
 .verdict { font-size: 1.05rem; margin: .6rem 0 1.2rem; }
 """
-KINDS = {"check": "", "difference": "known difference", "bound": "bound"}
+KINDS = {
+    "check": "",
+    "difference": "known difference",
+    "bound": "bound",
+    "shortfall": "bar not met",
+}
 
 _markdown = MarkdownIt("commonmark", {"html": False}).enable("table")
 
@@ -45,6 +50,7 @@ def page(results: dict[str, Any], folder: Path) -> str:
         _verdict(results),
         _summary(results),
         _known_differences(results),
+        _shortfalls(results),
         *(_table(table, linked=True) for table in results["tables"] if table["first_page"]),
         *(_study(study, results, folder) for study in results["studies"]),
         _environment(results["environment"]),
@@ -105,6 +111,15 @@ def _known_differences(results: dict[str, Any]) -> str:
         f"<p class='note'>{count} of the checks are known differences: a misprint or a defect "
         "elsewhere, held to its stated size. Such a check fails if the difference goes away.</p>"
     )
+
+
+def _shortfalls(results: dict[str, Any]) -> str:
+    rows = [
+        [check["name"], check["measured"], check["source"]]
+        for check in results["checks"]
+        if check["kind"] == "shortfall"
+    ]
+    return f"<h3>Bars not met</h3>{_grid(['Bar', 'Measured', 'Why'], rows)}" if rows else ""
 
 
 def _study(study: dict[str, Any], results: dict[str, Any], folder: Path) -> str:

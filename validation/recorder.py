@@ -24,14 +24,18 @@ Cell = str | int | float | bool | None
 
 DOTS_PER_INCH = 180
 
+LIKE = 2.0
+"""Factor within which seconds, and ratios of them, are those of another day or machine."""
+
 
 @dataclass(frozen=True)
 class Check:
     """One statement that either holds or fails.
 
     ``kind`` is ``"check"`` for an agreement, ``"difference"`` for a known disagreement that must
-    stay as large as stated, ``"bound"`` for a number that must lie within bounds; for a bound
-    ``predicted`` is the bound nearest the number.
+    stay as large as stated, ``"bound"`` for a number that must lie within bounds, ``"shortfall"``
+    for a bar that is known not to be met; for a bound ``predicted`` is the bound nearest the
+    number.
     """
 
     study: str
@@ -180,6 +184,22 @@ class Recorder:
         nearest = max(beyond, key=beyond.__getitem__)
         error = math.nan if math.isnan(found) else max(beyond[nearest], 0.0)
         return self._add(name, "bound", nearest, found, error, 0.0, source)
+
+    def shortfall(
+        self, name: str, measured: SupportsFloat, *, asked: float, reached: float, source: str
+    ) -> bool:
+        """reached/2 ≤ measured ≤ 2·reached: a bar of ``asked`` is missed by as much as stated.
+
+        For seconds and ratios of them. ``reached`` is what was measured when the bar was given up,
+        and ``source`` says why. Fails where it has become worse, and where it has become so much
+        better that the statement is out of date. ValueError if ``reached`` is the bar itself.
+        """
+        if reached == asked:
+            raise ValueError(f"{name}: {reached} meets the bar of {asked}")
+        found = float(measured)
+        apart = max(found / reached, reached / found) if found > 0 else math.inf
+        title = f"{name} ({asked:g} asked for)"
+        return self._add(title, "shortfall", reached, found, apart - 1.0, LIKE - 1.0, source)
 
     def benchmark(
         self, name: str, ours: float, theirs: float, *, what: str, unit: str = "s"

@@ -14,7 +14,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import nrchain.effects
-from nrchain.effects.base import Effect
+from nrchain.effects.base import Effect, OneBodyEffect
 from nrchain.errors import SceneError
 from nrchain.scene_rules import Section
 
@@ -25,6 +25,9 @@ Registered = TypeVar("Registered", bound=type[Effect])
 
 FIRST = ("stretch", "shear", "twist", "bend", "slip", "finite_size", "reach", "friction", "steric")
 """The order in which effects are listed; those of other files come after, by name."""
+
+RESERVED = ("support", "total")
+"""Names that decompositions have for what is no effect."""
 
 _EFFECTS: dict[str, type[Effect]] = {}
 _FAMILIES: dict[str, Callable[[], Iterable[type[Effect]]]] = {}
@@ -37,7 +40,8 @@ def register_effect(cls: Registered) -> Registered:
 
     Its ``Section`` becomes the table ``[name]`` of a scene. A trajectory file names its effects,
     it does not hold them: register an effect again before opening or resuming a run of it. Raises
-    :class:`~nrchain.errors.SceneError` for a name that is taken and a class that lacks something.
+    :class:`~nrchain.errors.SceneError` for a name that is taken and a class that lacks something;
+    :func:`nrchain.check_effect` says whether what it has is right.
     """
     if not (isinstance(cls, type) and issubclass(cls, Effect)):
         raise SceneError("effect", cls, "must be a class derived from nrchain.Effect")
@@ -48,12 +52,11 @@ def register_effect(cls: Registered) -> Registered:
         _check_section(cls)
         if "key" not in vars(cls):
             cls.key = cls.Section.path
-    if cls.__module__.startswith(f"{nrchain.effects.__name__}."):
+    if _is_own(cls):
         _EFFECTS[cls.name] = cls
         return cls
     _check_methods(cls)
-    if any(known.name == cls.name for known in effects() if known is not cls):
-        raise SceneError("effect name", cls.name, "is taken by another effect; choose a new one")
+    _check_name(cls)
     _EFFECTS[cls.name] = cls
     return cls
 
@@ -63,11 +66,38 @@ def register_family(name: str, members: Callable[[], Iterable[type[Effect]]]) ->
     _FAMILIES[name] = members
 
 
-def unregister_effect(cls: type[Effect]) -> None:
-    """Forget an effect that was registered; scenes that name it are refused from then on."""
-    if _EFFECTS.get(cls.name) is not cls:
-        raise SceneError("effect", cls.name, "is not registered")
-    del _EFFECTS[cls.name]
+def unregister_effect(effect: type[Effect] | str) -> None:
+    """Forget an effect that was registered, given as its class or its name.
+
+    Scenes that name it are refused from then on.
+    """
+    name = effect if isinstance(effect, str) else effect.name
+    known = _EFFECTS.get(name)
+    if known is None or not (isinstance(effect, str) or known is effect):
+        raise SceneError("effect", name, "is not registered")
+    if _is_own(known):
+        raise SceneError("effect", name, "is one of the package, and stays")
+    del _EFFECTS[name]
+
+
+def _is_own(cls: type[Effect]) -> bool:
+    """Whether a file of this package has it."""
+    return cls.__module__.startswith(f"{nrchain.effects.__name__}.")
+
+
+def _check_name(cls: type[Effect]) -> None:
+    if cls.name in RESERVED:
+        allowed = "is what decompositions call something else; choose a new one"
+        raise SceneError("effect name", cls.name, allowed)
+    for known in effects():
+        if known.name == cls.name and known is not cls:
+            allowed = "is taken by another effect; choose a new one"
+            if known.__qualname__ == cls.__qualname__:
+                allowed = (
+                    f"is that of an earlier {cls.__qualname__}; to replace it, as when a cell of a"
+                    f" notebook runs again, call nrchain.unregister_effect({cls.name!r}) first"
+                )
+            raise SceneError("effect name", cls.name, allowed)
 
 
 def _check_section(cls: type[Effect]) -> None:
@@ -79,8 +109,8 @@ def _check_section(cls: type[Effect]) -> None:
         raise SceneError(key, kind.__name__, "must be a frozen dataclass with a rule for each key")
     from nrchain.scene import Scene
 
-    if not kind.path.isidentifier() or kind.path in Scene.rules():
-        allowed = "must name the section, and be none of the keys that every scene has"
+    if not kind.path.isidentifier() or hasattr(Scene, kind.path) or kind.path in Scene.rules():
+        allowed = "must name the section, and be no key and no attribute that every scene has"
         raise SceneError(f"{key}.path", kind.path, allowed)
     for known in _EFFECTS.values():
         if known.Section and known.Section.path == kind.path and known.name != cls.name:
@@ -100,8 +130,10 @@ def _check_methods(cls: type[Effect]) -> None:
     if not needed[0]:
         allowed = f"must be one of {', '.join(_METHODS)}"
         raise SceneError(f"effect {cls.name}.gives", cls.gives, allowed)
+    if issubclass(cls, OneBodyEffect) and cls.linearise is OneBodyEffect.linearise:
+        needed.append("derivative")
     for name in needed:
-        if getattr(cls, name) is getattr(Effect, name):
+        if getattr(cls, name) in (getattr(Effect, name, None), OneBodyEffect.derivative):
             raise SceneError(f"effect {cls.name}.{name}", None, "must be given by the class")
 
 

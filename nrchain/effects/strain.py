@@ -142,6 +142,7 @@ class Strain(Effect):
     example = Flow.example
     covariant = False
     placed = False
+    over_reach = True
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)

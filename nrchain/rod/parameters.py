@@ -9,12 +9,16 @@ from typing import Self
 
 from nrchain import slip_modes
 from nrchain.arguments import a_scene
+from nrchain.effects.registry import acting
 from nrchain.errors import SceneError
 from nrchain.scene import Scene
 from nrchain.scene_sections import SlipSpec
 
 MODES = ("2s", "3a", "3t", "4a")
 """The modes whose continuum theory the paper gives: one of each symmetry."""
+
+LEFT_ASIDE = ("steric",)
+"""Sections of effects that a straight chain does not feel."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,11 +55,16 @@ class Rod:
         """The parameters of a scene.
 
         Raises :class:`~nrchain.errors.SceneError` for modes the theory does not know, strengths
-        that differ between spheres and axes other than ±e_1. The theory is one of nearest
+        that differ between spheres, axes other than ±e_1, fields, background flows and effects of
+        one's own. The theory is one of nearest
         neighbours at leading order in a/d: ``slip.neighbours`` and ``slip.finite_size`` are left
         aside here, and :mod:`nrchain.rod.reach` says what more neighbours change.
         """
         chain, moduli = a_scene(scene).chain, scene.moduli
+        for effect in acting(scene):
+            if effect.Section is not None and effect.Section.path not in LEFT_ASIDE:
+                allowed = "is no part of the theory of the rod: take it out of the scene"
+                raise SceneError(effect.key, effect.detail(scene), allowed)
         strengths: dict[str, float] = {}
         for label, slip in scene.slip.modes.items():
             key, given = SlipSpec.key(label), slip.strength

@@ -256,6 +256,11 @@ class RunAgain(Section):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Long(Section):
+    path: ClassVar[str] = "length"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Demanding(Section):
     path: ClassVar[str] = "demanding"
     strength: Annotated[float, number()]
@@ -267,11 +272,14 @@ class Demanding(Section):
         (5, "derived from nrchain.Effect"),
         (Nameless, "name"),
         (Unmoved, "add_wrenches"),
-        (type("A", (Spring,), {"Section": RunAgain}), "keys that every scene has"),
+        (type("A", (Spring,), {"Section": RunAgain}), "that every scene has"),
         (type("B", (Spring,), {"Section": Demanding}), "default for each key"),
         (type("C", (Spring,), {"Section": None}), "section that calls for it"),
         (type("D", (Spring,), {"name": "bend"}), "taken by another effect"),
         (type("E", (Spring,), {"gives": "mobility"}), "wrench, twist"),
+        (type("F", (Spring,), {"name": "total"}), "decompositions call something else"),
+        (type("G", (Spring,), {"Section": Long}), "attribute that every scene has"),
+        (type("H", (Spring,), {"derivative": OneBodyEffect.derivative}), "derivative"),
     ],
 )
 def test_what_is_no_effect_is_refused(effect, message):
@@ -279,6 +287,70 @@ def test_what_is_no_effect_is_refused(effect, message):
     with pytest.raises(SceneError, match=message):
         nrchain.register_effect(effect)
     assert effects() == before
+
+
+def test_what_is_registered_again_says_how_to_replace_it(spring):
+    again = type("Spring", (Spring,), {})
+    with pytest.raises(SceneError, match=r"nrchain\.unregister_effect\('spring'\) first"):
+        nrchain.register_effect(again)
+    nrchain.unregister_effect("spring")
+    nrchain.register_effect(again)
+    assert find_effect("spring") is again
+    nrchain.unregister_effect(again)
+    nrchain.register_effect(spring)
+    for name, message in (("sprung", "not registered"), ("bend", "one of the package")):
+        with pytest.raises(SceneError, match=message):
+            nrchain.unregister_effect(name)
+
+
+@each
+def test_it_passes_the_check_that_users_have(effect):
+    with Borrowed(effect):
+        positions, frames = random_chain(COUNT, spacing=2.9)
+        scene = make(effect.example)
+        found = nrchain.check_effect(effect, scene, positions=positions, frames=frames)
+        if effect.gives == "mobility":
+            assert found == {}
+            return
+        assert found["product"] < 1e-7
+        assert (found["rigid motion"] < 1e-10) == effect.covariant
+        assert (found["shift"] < 1e-10) == (not effect.placed)
+        assert ("energy" in found) == (effect.energy is not None)
+
+
+def test_poses_to_check_at_are_whole(spring):
+    positions, frames = random_chain(COUNT)
+    with pytest.raises(SceneError, match="frames = None"):
+        nrchain.check_effect(spring, positions=positions)
+    with pytest.raises(SceneError, match="positions"):
+        nrchain.check_effect(spring, positions=positions[:2], frames=frames[:2])
+
+
+def wrong(**attributes):
+    return type("Spring", (Spring,), attributes)
+
+
+@pytest.mark.parametrize(
+    ("effect", "message"),
+    [
+        (wrong(derivative=lambda self, r, e: 0.9 * Spring.derivative(self, r, e)), "add_product"),
+        (wrong(energy=lambda self, r, e: 1.1 * Spring.energy(self, r, e)), "energy"),
+        (wrong(covariant=True), "covariant"),
+        (wrong(placed=False), "placed"),
+        (wrong(balanced=classmethod(lambda cls, scene: True)), "net force"),
+        (wrong(add_blocks=lambda self, blocks: None), "add_blocks"),
+        (wrong(example={}), "example"),
+    ],
+)
+def test_the_check_finds_what_is_wrong(effect, message):
+    nrchain.register_effect(effect)
+    try:
+        with pytest.raises(SceneError, match=message):
+            nrchain.check_effect(effect)
+    finally:
+        nrchain.unregister_effect(effect)
+    with pytest.raises(SceneError, match="registered first"):
+        nrchain.check_effect(effect)
 
 
 def test_the_order_of_the_list():

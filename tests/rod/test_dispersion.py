@@ -113,3 +113,15 @@ def test_steady_motion():
 def test_hands_are_plus_or_minus_one():
     with pytest.raises(SceneError, match="hand"):
         transverse(Rod(), [0.1], 0)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"field.body_torque": [1.0, 0.0, 0.0]}, {"flow.gradient": [[0, 1, 0], [0, 0, 0], [0, 0, 0]]}],
+)
+def test_what_the_theory_does_not_have_is_refused_and_not_left_aside(changes):
+    (key,) = changes
+    with pytest.raises(SceneError, match=rf"{key.partition('.')[0]}.* no part of the theory"):
+        Rod.of(scene(**changes))
+    repelling = {"steric.kind": "wca", "steric.strength": 1.0}
+    assert Rod.of(scene(**repelling)) == Rod.of(scene())

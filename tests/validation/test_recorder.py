@@ -93,6 +93,18 @@ def test_bounds_hold_on_both_sides(recorder):
         recorder.bound("none", 1.0, source="s")
 
 
+def test_a_bar_that_is_missed_is_missed_by_as_much_as_stated(recorder):
+    assert recorder.shortfall("as stated", 120.0, asked=250.0, reached=100.0, source="s")
+    assert last(recorder).kind == "shortfall"
+    assert last(recorder).name == "as stated (250 asked for)"
+    assert not recorder.shortfall("worse", 49.0, asked=250.0, reached=100.0, source="s")
+    assert not recorder.shortfall("out of date", 201.0, asked=250.0, reached=100.0, source="s")
+    assert not recorder.shortfall("not a time", 0.0, asked=250.0, reached=100.0, source="s")
+    assert not recorder.shortfall("lost", math.nan, asked=250.0, reached=100.0, source="s")
+    with pytest.raises(ValueError, match="meets the bar"):
+        recorder.shortfall("met", 2.0, asked=2.0, reached=2.0, source="s")
+
+
 def test_two_checks_of_one_name_are_refused(recorder):
     recorder.check("one", 1, 1, 0, source="s")
     with pytest.raises(ValueError, match="'one'"):
