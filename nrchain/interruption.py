@@ -1,7 +1,7 @@
 """Ctrl-C and SIGTERM: an end in one line, and in a run one between two steps.
 
 A run that is interrupted between two steps can write where it stands and close its file in order.
-A second signal ends the step under way too; while a file is being closed none is heard.
+A second signal ends a step that takes long; while a file is being closed none is heard.
 """
 
 from __future__ import annotations
@@ -9,12 +9,16 @@ from __future__ import annotations
 import os
 import signal
 import threading
+import time as clock
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, NoReturn
 
 INTERRUPTED = 130
 """The exit code of a program that was interrupted, by either signal."""
+
+PATIENCE = 1.0
+"""Seconds that a step is given to end by itself before a second signal ends it."""
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _DEFAULTS = (signal.default_int_handler, signal.SIG_DFL)
@@ -66,13 +70,15 @@ class Interruption:
 
     def __init__(self) -> None:
         self.name = ""
+        self._since = 0.0
         self._at_once = False
 
     def note(self, number: int, frame: object) -> None:
-        if self.name and self._at_once:
+        if not self.name:
+            self.name, self._since = signal.Signals(number).name, clock.monotonic()
+        elif self._at_once and clock.monotonic() - self._since >= PATIENCE:
             self._at_once = False
             raise KeyboardInterrupt(self.name)
-        self.name = self.name or signal.Signals(number).name
 
     @contextmanager
     def second_at_once(self) -> Iterator[None]:

@@ -4,22 +4,23 @@ import signal
 
 import pytest
 
-from nrchain.interruption import deferred
+from nrchain import interruption
 
 
 @pytest.mark.parametrize(
     ("first", "second"), [(signal.SIGINT, signal.SIGTERM), (signal.SIGTERM, signal.SIGTERM)]
 )
-def test_a_second_signal_ends_a_step_and_a_third_is_put_off(first, second):
+def test_a_second_signal_ends_a_step_and_a_third_is_put_off(monkeypatch, first, second):
+    monkeypatch.setattr(interruption, "PATIENCE", 0.0)
     before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
     reached = []
 
     def run():
-        with deferred() as interruption:
+        with interruption.deferred() as noted:
             try:
-                with interruption.second_at_once():
+                with noted.second_at_once():
                     signal.raise_signal(first)
-                    reached.append(interruption.name)
+                    reached.append(noted.name)
                     signal.raise_signal(second)
                     reached.append("the end of the step")
             finally:
