@@ -1,9 +1,16 @@
-"""How kernels are compiled: kept on disk, with IEEE division, never assuming finite numbers."""
+"""How kernels are compiled: kept on disk, with IEEE division, never assuming finite numbers.
+
+Numba keeps machine code with the file of its function and does not see that a function it calls,
+in another file, has changed. The name of every kernel therefore carries a hash of all modules that
+have kernels: code of an older version is never run.
+"""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numba
@@ -17,7 +24,7 @@ def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False
 
     def compile_(f: Callable[..., Any]) -> Any:
         return numba.njit(
-            f,
+            rename(f, sources()),
             cache=True,
             parallel=parallel,
             error_model="numpy",
@@ -25,6 +32,17 @@ def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False
         )
 
     return compile_ if function is None else compile_(function)
+
+
+@cache
+def sources() -> str:
+    """A hash of the modules of this package that have kernels."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.rglob("*.py")):
+        text = path.read_bytes()
+        if b"_compile" in text:
+            digest.update(path.name.encode() + b"\0" + text)
+    return digest.hexdigest()
 
 
 def rename(function: Callable[..., Any], *distinctions: object) -> Callable[..., Any]:

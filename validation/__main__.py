@@ -81,6 +81,9 @@ def main(
         "report"
     ),
     show: Annotated[bool, typer.Option("--list", help="List the studies and stop.")] = False,
+    readme: Annotated[
+        bool, typer.Option("--readme", help="Write the README's part from the report and stop.")
+    ] = False,
 ) -> None:
     """Hold nrchain against derivations, the paper and PyStokes, and write a report."""
     from validation.report import PAGE, Report, ReportError
@@ -89,6 +92,14 @@ def main(
     if show:
         for name, study in STUDIES.items():
             console.print(f"{name:<16}{study.title}", soft_wrap=True)
+        return
+    if readme:
+        from validation.readme import update
+
+        try:
+            update(Path(__file__).parents[1] / "README.md", output)
+        except ReportError as error:
+            _refuse(str(error))
         return
     for name in names or ():
         if name not in STUDIES:
