@@ -52,6 +52,7 @@ def stepping(maps: Sequence[Map], levels: Sequence[float]) -> Figure:
             [(s.measured.median, s.measured.error, NAMES[v]) for v, s in best.items() if s],
         )
         axes.set_ylim(bottom=one.floor / 5)
+        axes.set_xlim(left=0.6 * axes.get_xlim()[0])  # room for what is written beside the marks
         _time_axis(axes, "wall time [s]")
         axes.set_ylabel("global error [$a$, rad]")
         axes.set_title(f"({letter})  {one.name}", loc="left", fontsize=9)

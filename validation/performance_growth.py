@@ -140,7 +140,7 @@ def _same_steps(recorder: Recorder) -> None:
         long / short,
         asked=12.0,
         reached=TENFOLD,
-        source="the factors of 1e4 spheres, 25 MB, no longer fit into the cache",
+        source="the factors of 1e4 spheres, 34 MB, do not fit into the cache",
     )
 
 

@@ -43,6 +43,7 @@ class Timed:
     error: float
     seconds: float
     evaluations: int
+    jacobians: int
 
 
 def in_turns(tasks: Mapping[str, Task], *, rounds: int = 15, sample: float = 0.02) -> dict:
@@ -99,8 +100,8 @@ def ours(scene: Scene, tolerance: float, true: Trajectory) -> Timed:
     begin = time.perf_counter()
     found = simulate(at_tolerance(scene, tolerance))
     seconds = time.perf_counter() - begin
-    evaluations = int(found.counters["evaluations"])
-    return Timed(tolerance, miss(found.positions, true), seconds, evaluations)
+    evaluations, jacobians = (int(found.counters[key]) for key in ("evaluations", "jacobians"))
+    return Timed(tolerance, miss(found.positions, true), seconds, evaluations, jacobians)
 
 
 def theirs(solve: Solve, scene: Scene, tolerance: float, true: Trajectory) -> Timed:
@@ -108,8 +109,9 @@ def theirs(solve: Solve, scene: Scene, tolerance: float, true: Trajectory) -> Ti
     try:
         found = solve(scene, *initial_poses(scene), true.time, tolerance, tolerance)
     except ArithmeticError:
-        return Timed(tolerance, math.inf, math.nan, 0)
-    return Timed(tolerance, miss(found.positions, true), found.seconds, found.evaluations)
+        return Timed(tolerance, math.inf, math.nan, 0, 0)
+    error = miss(found.positions, true)
+    return Timed(tolerance, error, found.seconds, found.evaluations, found.jacobians)
 
 
 def loosest(run: Callable[[float], Timed], most: float, first: float = TOLERANCES[0]) -> Timed:

@@ -26,7 +26,7 @@ FIGURES = (
         "dispersion",
         "Growth rates and phase velocities from simulation, the exact lattice and the continuum",
     ),
-    ("cost", "stepping", "Error against wall time of the integrators, scene by scene"),
+    ("cost", "Stepping", "Error against wall time of the integrators, scene by scene"),
 )
 """Study and name of the figures shown, and what they show."""
 

@@ -31,7 +31,7 @@ def test_tasks_taking_turns_are_timed_per_call():
 
 def test_the_loosest_tolerance_that_meets_an_error():
     def run(tolerance):
-        return Timed(tolerance, 10 * tolerance, 0.0, 0)
+        return Timed(tolerance, 10 * tolerance, 0.0, 0, 0)
 
     assert loosest(run, 1e-4).tolerance == pytest.approx(1e-5)
     assert loosest(run, 1e-4, first=1e-6).tolerance == pytest.approx(1e-6)
