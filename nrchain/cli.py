@@ -18,17 +18,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 from warnings import catch_warnings
 
 import typer
-from rich.table import Table
 from typer.core import TyperGroup
 
 from nrchain import __version__
+from nrchain.cli_tables import counters_table, effects_table, plain_table, work_table
 from nrchain.errors import NrchainError, SceneWarning, TrajectoryError
 from nrchain.interruption import INTERRUPTED
 from nrchain.terminal import complain, console, let_go, show, spell_out
 
 if TYPE_CHECKING:
     from nrchain.choice import Choice
-    from nrchain.cost import WorkPrecision
     from nrchain.run import Progress
     from nrchain.scene import Scene
     from nrchain.trajectory import Trajectory
@@ -75,6 +74,15 @@ class View(StrEnum):
 
 
 Directory = Annotated[Path, typer.Argument(help="Directory of a run.", show_default=False)]
+SceneName = Annotated[
+    str, typer.Argument(help="Name of a shipped scene, or a TOML file.", show_default=False)
+]
+Changes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", metavar="KEY=VALUE", help="Change a key of the scene, such as slip.2s=50."
+    ),
+]
 
 
 def main() -> None:
@@ -138,19 +146,12 @@ def _options(
 @app.command()
 @_reporting()
 def run(
-    scene: Annotated[
-        str, typer.Argument(help="Name of a shipped scene, or a TOML file.", show_default=False)
-    ],
+    scene: SceneName,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", help="Directory to write to.", show_default="runs/SCENE"),
     ] = None,
-    changes: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set", metavar="KEY=VALUE", help="Change a key of the scene, such as slip.2s=50."
-        ),
-    ] = None,
+    changes: Changes = None,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace an older result.")
     ] = False,
@@ -161,10 +162,8 @@ def run(
     from nrchain.h5md import FILE_NAME
     from nrchain.regime import warnings
     from nrchain.run import simulate
-    from nrchain.scene import load_scene, parse_assignment
 
-    what = load_scene(scene, **dict(parse_assignment(change) for change in changes or ()))
-    what, choice = _chosen(what)
+    what, choice = _chosen(scene, changes)
     _warn(what, warnings(what))
     names = ", ".join(effect.name for effect in acting(what)) or "none"
     _mention(f"effects     {names}", soft_wrap=True)
@@ -187,15 +186,8 @@ def run(
 @app.command()
 @_reporting()
 def plan(
-    scene: Annotated[
-        str, typer.Argument(help="Name of a shipped scene, or a TOML file.", show_default=False)
-    ],
-    changes: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set", metavar="KEY=VALUE", help="Change a key of the scene, such as slip.2s=50."
-        ),
-    ] = None,
+    scene: SceneName,
+    changes: Changes = None,
     budget: Annotated[
         float, typer.Option(min=0.0, help="Work of the probes, in seconds counted, not timed.")
     ] = 3.0,
@@ -204,17 +196,15 @@ def plan(
     from nrchain.estimate import estimate_effects
     from nrchain.plan import plan as foretell
     from nrchain.plan_effects import COLUMNS, plan_effects
-    from nrchain.scene import load_scene, parse_assignment
 
-    what = load_scene(scene, **dict(parse_assignment(change) for change in changes or ()))
-    what, _ = _chosen(what)
+    what, _ = _chosen(scene, changes)
     found = foretell(what)
-    table = _table("quantity", "value", "meaning")
+    table = plain_table("quantity", "value", "meaning")
     for line in found.lines:
         table.add_row(line.quantity, line.value, line.meaning)
     _show(table)
     effects = plan_effects(what, estimate_effects(what, budget=budget))
-    table = _table()
+    table = plain_table()
     table.collapse_padding = True
     for name in COLUMNS:
         table.add_column(name, justify="left" if name == COLUMNS[0] else "right", no_wrap=True)
@@ -248,7 +238,7 @@ def scenes() -> None:
     from nrchain.plots import slip_text
     from nrchain.scene import load_scene, scene_names
 
-    table = _table("scene", "what it shows", "slip", "ends")
+    table = plain_table("scene", "what it shows", "slip", "ends")
     table.add_column("N", justify="right")
     for name in scene_names():
         scene = load_scene(name)
@@ -263,7 +253,7 @@ def effects() -> None:
     """List all effects: what each does, and the scene key that calls for it."""
     from nrchain.effects.registry import effects as known
 
-    table = _table("effect", "what it does", "scene key")
+    table = plain_table("effect", "what it does", "scene key")
     for effect in known():
         table.add_row(effect.name, effect.summary, effect.key)
     _show(table)
@@ -315,15 +305,8 @@ def plot(
 @app.command()
 @_reporting()
 def cost(
-    scene: Annotated[
-        str, typer.Argument(help="Name of a shipped scene, or a TOML file.", show_default=False)
-    ],
-    changes: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set", metavar="KEY=VALUE", help="Change a key of the scene, such as slip.2s=50."
-        ),
-    ] = None,
+    scene: SceneName,
+    changes: Changes = None,
     target: Annotated[
         float | None,
         typer.Option(help="Global error to reach, in radii and radians: which setting to use."),
@@ -334,17 +317,15 @@ def cost(
 ) -> None:
     """Measure what the accuracy of a scene costs, by short runs."""
     from nrchain.cost import check_target, work_precision
-    from nrchain.scene import load_scene, parse_assignment
 
     if target is not None:
         check_target(target)
-    what = load_scene(scene, **dict(parse_assignment(change) for change in changes or ()))
-    what, _ = _chosen(what)
+    what, _ = _chosen(scene, changes)
     with console(stderr=True).status("") as status:
         found = work_precision(
             what, budget=budget, progress=lambda stage: status.update(f"measuring {stage}")
         )
-    _show(_work_table(found), whole=True)
+    _show(work_table(found), whole=True)
     _show(*found.notes(), soft_wrap=True)
     if target is not None:
         advice = found.advise(target)
@@ -357,8 +338,11 @@ def cost(
         )
 
 
-def _chosen(scene: Scene) -> tuple[Scene, Choice | None]:
+def _chosen(name: str, changes: Sequence[str] | None) -> tuple[Scene, Choice | None]:
     """The scene with its effects chosen, if it leaves that to us; what they leave out is said."""
+    from nrchain.scene import load_scene, parse_assignment
+
+    scene = load_scene(name, **dict(parse_assignment(change) for change in changes or ()))
     if scene.effects != "auto":
         return scene, None
     from nrchain.auto import choose
@@ -432,7 +416,7 @@ def _finish(trajectory: Trajectory) -> None:
     places = [f"trajectory  {trajectory.path}"] if trajectory.path else []
     if picture := _picture(trajectory):
         places.append(f"picture     {picture}")
-    _mention(_cost(trajectory), _effects(trajectory))
+    _mention(counters_table(trajectory), effects_table(trajectory))
     _mention(*places, soft_wrap=True)
     if trajectory.path is None:
         complain(f"nothing is kept: {trajectory.reason or 'the file was removed meanwhile'}")
@@ -458,76 +442,3 @@ def _picture(trajectory: Trajectory) -> Path | None:
     except (OSError, ValueError, RuntimeError, MemoryError, ArithmeticError) as error:
         complain(f"note: there is no picture: {error}")
         return None
-
-
-def _cost(trajectory: Trajectory) -> Table:
-    counters = trajectory.counters
-    entries = {
-        "t": f"{trajectory.time[-1]:.6g}",
-        "snapshots": str(len(trajectory.time)),
-        "steps": f"{counters.get('steps', 0):.0f}",
-        "evaluations": f"{counters.get('evaluations', 0):.0f}",
-        "Jacobians": f"{counters.get('jacobians', 0):.0f}",
-        "solves": f"{counters.get('solves', 0):.0f}",
-        "wall time": f"{counters.get('wall_time', 0.0):.2f} s",
-    }
-    table = _table()
-    for title in entries:
-        table.add_column(title, justify="right")
-    table.add_row(*entries.values())
-    return table
-
-
-def _effects(trajectory: Trajectory) -> Table:
-    from nrchain.description import describe
-
-    description = describe(trajectory.scene)
-    table = _table("", "effect", "how")
-    for heading, effects in (
-        ("simulated", description.simulated),
-        ("left out", description.left_out),
-        ("without effect", description.without_effect),
-    ):
-        for row, (effect, line) in enumerate(effects):
-            table.add_row(heading if row == 0 else "", effect, line)
-        table.add_section()
-    return table
-
-
-def _work_table(found: WorkPrecision) -> Table:
-    """Error and cost of every setting; the whole run's only where it is extrapolated."""
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, header_style="bold", show_edge=False, padding=(0, 1, 0, 0))
-    whole = ["whole run"] if found.part < 1.0 else []
-    table.add_column("setting", no_wrap=True)
-    for title in ("error", "seconds", *whole, "steps", "evalu-\nations", "Jaco-\nbians"):
-        table.add_column(title, justify="right", no_wrap=True)
-    axis = ""
-    for point in found.points:
-        if point.axis != axis:
-            axis = point.axis
-            table.add_section()
-            table.add_row(axis, style="bold")
-        measured = point.measured
-        counts = (measured.steps, measured.evaluations, measured.jacobians)
-        table.add_row(
-            f" {point.setting}",
-            f"{measured.error:.1e}" if measured.error else "none",
-            _seconds(measured.median),
-            *("-".join(map(_seconds, found.whole_run(measured))) for _ in whole),
-            *map(str, counts),
-        )
-    return table
-
-
-def _seconds(number: float) -> str:
-    """Two or three digits, and no exponent where that is longer."""
-    return f"{number:.0f}" if 100.0 <= number < 1e6 else f"{number:.2g}"
-
-
-def _table(*columns: str) -> Table:
-    from rich import box
-
-    return Table(*columns, box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False)

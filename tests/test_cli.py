@@ -21,9 +21,9 @@ from nrchain.cli import (
     PICTURE_IN_SPACE,
     REFUSED,
     STOPPED,
-    _work_table,
     app,
 )
+from nrchain.cli_tables import work_table
 from nrchain.cost import Point, WorkPrecision
 from nrchain.errors import BackendError
 from nrchain.h5md import FILE_NAME
@@ -434,7 +434,7 @@ def test_the_table_of_costs_is_shown_whole(monkeypatch):
     found = WorkPrecision(load_scene("passive"), 1.0, points, "cvode", 1e-9)
     shown = StringIO()
     monkeypatch.setattr(sys, "stdout", shown)
-    assert show(_work_table(found), whole=True) == ""
+    assert show(work_table(found), whole=True) == ""
     for number in ("1.0e-03", "0.012", "12345678", "23456789", "34567890"):
         assert number in shown.getvalue()
 

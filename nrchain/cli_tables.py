@@ -1,0 +1,83 @@
+"""The tables that the command line prints."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rich import box
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from nrchain.cost import WorkPrecision
+    from nrchain.trajectory import Trajectory
+
+
+def plain_table(*columns: str) -> Table:
+    """A table with a head and a rule below it."""
+    return Table(*columns, box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False)
+
+
+def counters_table(trajectory: Trajectory) -> Table:
+    """What a run took."""
+    counters = trajectory.counters
+    entries = {
+        "t": f"{trajectory.time[-1]:.6g}",
+        "snapshots": str(len(trajectory.time)),
+        "steps": f"{counters.get('steps', 0):.0f}",
+        "evaluations": f"{counters.get('evaluations', 0):.0f}",
+        "Jacobians": f"{counters.get('jacobians', 0):.0f}",
+        "solves": f"{counters.get('solves', 0):.0f}",
+        "wall time": f"{counters.get('wall_time', 0.0):.2f} s",
+    }
+    table = plain_table()
+    for title in entries:
+        table.add_column(title, justify="right")
+    table.add_row(*entries.values())
+    return table
+
+
+def effects_table(trajectory: Trajectory) -> Table:
+    """What a run has simulated, what it has left out, and which keys did nothing."""
+    from nrchain.description import describe
+
+    description = describe(trajectory.scene)
+    table = plain_table("", "effect", "how")
+    for heading, effects in (
+        ("simulated", description.simulated),
+        ("left out", description.left_out),
+        ("without effect", description.without_effect),
+    ):
+        for row, (effect, line) in enumerate(effects):
+            table.add_row(heading if row == 0 else "", effect, line)
+        table.add_section()
+    return table
+
+
+def work_table(found: WorkPrecision) -> Table:
+    """Error and cost of every setting; the whole run's only where it is extrapolated."""
+    table = Table(box=box.SIMPLE_HEAD, header_style="bold", show_edge=False, padding=(0, 1, 0, 0))
+    whole = ["whole run"] if found.part < 1.0 else []
+    table.add_column("setting", no_wrap=True)
+    for title in ("error", "seconds", *whole, "steps", "evalu-\nations", "Jaco-\nbians"):
+        table.add_column(title, justify="right", no_wrap=True)
+    axis = ""
+    for point in found.points:
+        if point.axis != axis:
+            axis = point.axis
+            table.add_section()
+            table.add_row(axis, style="bold")
+        measured = point.measured
+        counts = (measured.steps, measured.evaluations, measured.jacobians)
+        table.add_row(
+            f" {point.setting}",
+            f"{measured.error:.1e}" if measured.error else "none",
+            _seconds(measured.median),
+            *("-".join(map(_seconds, found.whole_run(measured))) for _ in whole),
+            *map(str, counts),
+        )
+    return table
+
+
+def _seconds(number: float) -> str:
+    """Two or three digits, and no exponent where that is longer."""
+    return f"{number:.0f}" if 100.0 <= number < 1e6 else f"{number:.2g}"
