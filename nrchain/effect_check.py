@@ -192,10 +192,13 @@ class _Check:
         here = self.result(self.poses)
         there = self.result((positions @ turn.T + shift, np.ascontiguousarray(frames @ turn.T)))
         turned = np.concatenate([here[:, :3] @ turn.T, here[:, 3:] @ turn.T], axis=1)
-        rigid = self._compare("covariant", there, turned, EXACT if self.kind.covariant else np.inf)
-        moved = self.result((positions + shift, frames))
-        shifted = self._compare("placed", moved, here, np.inf if self.kind.placed else EXACT)
-        return {"rigid motion": rigid, "shift": shifted}
+        found = {}
+        if self.kind.covariant:
+            found["rigid motion"] = self._compare("covariant", there, turned, EXACT)
+        if not self.kind.placed:
+            moved = self.result((positions + shift, frames))
+            found["shift"] = self._compare("placed", moved, here, EXACT)
+        return found
 
     def balance(self) -> dict[str, float]:
         if self.kind.gives != "wrench" or not self.kind.balanced(self.scene):

@@ -112,6 +112,8 @@ class SlipMode:
             raise SceneError(key, self.velocity, "must have no divergence")
         if curl(laplacian(flow)):
             raise SceneError(key, self.velocity, "must be a Stokes flow: curl ∇²u = 0")
+        if _flux(flow):
+            raise SceneError(key, self.velocity, "must carry no fluid away: ∫ u·n dΩ = 0")
         for (basis, _), p in flow.items():
             # e → −e turns c to −c, and e and e × n around
             odd = {(m % 2 == 1) != (basis != "n") for m, q in enumerate(p) if q}
@@ -153,6 +155,13 @@ class SlipMode:
     def _spins(self) -> tuple[PairTable, PairTable]:
         plain, sized = (_scale(curl(flow), Fraction(1, 2)) for flow in self._flows)
         return plain, sized
+
+
+def _flux(flow: PairTable) -> Fraction:
+    """∫ u·n dΩ/2πV at r = a of a flow without divergence: only what falls as 1/r² has any."""
+    along = ((flow.get(("n", 2), ()), 0), (flow.get(("e", 2), ()), 1))
+    terms = [(m + shift, q) for row, shift in along for m, q in enumerate(row)]
+    return sum((2 * q / (m + 1) for m, q in terms if m % 2 == 0), Fraction(0))
 
 
 def _polynomial(key: str, row: Any) -> Polynomial:

@@ -51,7 +51,7 @@ def test_unknown_label_names_the_nearest():
 
 
 def test_a_label_cannot_be_taken_twice():
-    other = SlipMode("2s", "impostor", 2, False, False, {("n", 2): (1,)})
+    other = SlipMode("2s", "impostor", 2, False, False, {("n", 2): (1, 0, -3)})
     with pytest.raises(SceneError, match="taken"):
         slip_modes.register(other)
 
