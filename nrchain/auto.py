@@ -113,8 +113,8 @@ def ladder(full: Scene) -> list[Fluid]:
     for one, cost in costs.items():
         if all(ALIKE * cost < other for fuller, other in kept.items() if fuller.holds(one)):
             kept[one] = cost
-    cheapest = min(costs, key=costs.__getitem__)
     if len(kept) > 1:
+        cheapest = min(costs, key=costs.__getitem__)
         kept[cheapest] = costs[cheapest]
     del kept[whole]
     return sorted(kept, key=kept.__getitem__)

@@ -59,8 +59,9 @@ def check_effect(
     Raises
     ------
     SceneError
-        For the first statement that does not hold, with the sphere and the component; for an
-        effect that is not registered or does not act in the scene.
+        For the first statement that does not hold, with the sphere and the component; for a method
+        that fails or changes the poses it is given, with its name; for an effect that is not
+        registered or does not act in the scene.
     """
     if effect not in effects():
         raise SceneError("effect", effect, "must be registered first, with register_effect")
@@ -114,12 +115,42 @@ def _moved(poses: Poses, sphere: int, component: int, by: float) -> Poses:
     return positions, frames
 
 
+class _Watched:
+    """An effect whose methods are named where they fail, or change an array other than the last."""
+
+    def __init__(self, effect: Effect, name: str) -> None:
+        self._effect, self._name = effect, name
+
+    def __getattr__(self, method: str) -> Any:
+        found = getattr(self._effect, method)
+        if not callable(found):
+            return found
+
+        def call(*arrays: np.ndarray) -> Any:
+            given = arrays if method in ("linearise", "energy") else arrays[:-1]
+            before = [array.copy() for array in given]
+            key = f"effect {self._name}.{method}"
+            try:
+                answer = found(*arrays)
+            except Exception as error:
+                shapes = ", ".join(str(array.shape) for array in arrays)
+                allowed = f"fails with arrays of shapes {shapes}: {error}"
+                raise SceneError(key, type(error).__name__, allowed) from error
+            if not all(map(np.array_equal, before, given)):
+                raise SceneError(
+                    key, "changed poses", "must leave the poses it is given as they are"
+                )
+            return answer
+
+        return call
+
+
 class _Check:
     """One effect of a scene at one set of poses; twists and derivatives in units of radii."""
 
     def __init__(self, effect: type[Effect], scene: Scene, poses: Poses) -> None:
         self.kind, self.poses, self.scene = effect, poses, scene
-        self.effect = effect(scene)
+        self.effect = _Watched(effect(scene), effect.name)
         self.count, radius = len(poses[0]), scene.chain.radius
         power = -1.0 if effect.gives == "wrench" else 1.0
         self.rows = np.repeat([1.0, radius**power], 3)

@@ -256,6 +256,7 @@ def fit_shape(
     kind: Kind = "right",
     *,
     start: float | None = None,
+    most_misfit: float = LARGEST_MISFIT,
 ) -> ShapeFit:
     """w(s, t) = A exp(iqs + Λ(t − t₀)): a growing, decaying, travelling or rotating wave.
 
@@ -264,11 +265,13 @@ def fit_shape(
     rigid is taken out, and the largest snapshots weigh most. ``start`` as in :func:`rate`.
 
     Errors are those of the fit, as if the misfits of spheres and snapshots were independent. The
-    ends of an open chain leave misfits that are not: look at ``misfit``.
+    ends of an open chain leave misfits that are not: look at ``misfit``. A fit that leaves over
+    more than ``most_misfit`` of the shape is refused. Raises :class:`MeasurementError`, as :func:`rate`.
     """
     from scipy.optimize import curve_fit
 
     chain = _a_trajectory(trajectory).scene.chain
+    _number("most_misfit", most_misfit, most=math.inf)
     first_guess = wave(trajectory, wavenumber, kind, rigid=kind == "x")
     guess = rate(first_guess, start, most_misfit=math.inf)
     s = chain.spacing * np.arange(chain.particles)
@@ -298,8 +301,16 @@ def fit_shape(
     found, covariance = curve_fit(model, None, data / size, p0=p0, jac=derivative)
     errors = np.sqrt(np.diag(covariance)) / span
     misfit = math.sqrt(np.mean((data / size - model(None, *found)) ** 2))
+    if misfit > most_misfit:
+        raise MeasurementError(
+            f"the best fit of a wave of wavenumber {guess.wavenumber:.6g} leaves over {misfit:.2g} "
+            f"of the shape, and says nothing about it above {most_misfit:g}: fit another kind of "
+            "wave or other times, or raise most_misfit"
+        )
     growth, frequency = (Estimate(float(found[k] / span), float(errors[k])) for k in (2, 3))
-    fitted = Rate(growth, frequency, guess.wavenumber, guess.start, misfit)
+    fitted = Rate(
+        growth, frequency, guess.wavenumber, guess.start, misfit, float(trajectory.time[-1])
+    )
     return ShapeFit(fitted, complex(found[0], found[1]) * size, misfit)
 
 

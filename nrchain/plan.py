@@ -172,9 +172,14 @@ def _motion_lines(scene: Scene) -> list[Line]:
         across = f"({along}, {velocity[1]:.4g}, {velocity[2]:.4g})"
         way = float(np.linalg.norm(velocity)) * scene.run.end / scene.chain.spacing
         text = f"V₀ = {across if velocity[1:].any() else along}"
-        lines.append(Line("swims", text, f"{way:.3g} spacings by the end"))
+        held = scene.chain.ends == "clamped"
+        meaning = "if its ends were not held" if held else f"{way:.3g} spacings by the end"
+        lines.append(Line("swims", text, meaning))
     turns = rotation * scene.run.end / (2.0 * math.pi)
-    lines.append(Line("spins", f"Ω₀ = {rotation:.4g}", f"{turns:.4g} turns by the end"))
+    meaning = f"{turns:.4g} turns by the end"
+    if rotation and scene.chain.ends == "clamped":
+        meaning = "if its ends were not held"
+    lines.append(Line("spins", f"Ω₀ = {rotation:.4g}", meaning))
     return lines
 
 

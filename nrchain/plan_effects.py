@@ -143,7 +143,10 @@ def _evaluation(scene: Scene) -> Callable[[], None]:
     if chain.dimension == 0:
         return lambda: None
     chain.linearise(0.0, still)
-    chain.factorise(1e-6)
+    try:
+        chain.factorise(1e-6)
+    except FloatingPointError:  # numbers beyond any run: there is nothing to time
+        return lambda: None
     once()
     return once
 
@@ -179,6 +182,8 @@ def _signed(value: float) -> str:
 
 def _size(value: float) -> str:
     """Two digits, and an exponent without its zeros where that is shorter."""
+    if not math.isfinite(value):
+        return "?"
     digits, exponent = f"{value:.1e}".split("e")
     return min(f"{value:.2g}", f"{digits.removesuffix('.0')}e{int(exponent)}", key=len)
 

@@ -138,6 +138,9 @@ def test_a_net_force_on_a_periodic_chain_leaves_out_the_friction_it_cannot_have(
     chosen, choice = choose(scene)
     assert chosen.friction.kind == "one-body"
     assert "no part of it: field" in choice.lines()[0]
+    bare = nrchain.load_scene(scene, **{"slip.2s": None})
+    assert ladder(full_scene(bare)) == []
+    assert choose(bare)[1].left_out == ()
 
 
 def test_the_full_model_has_the_disturbance_of_a_flow_by_all_spheres():

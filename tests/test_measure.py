@@ -199,8 +199,12 @@ def test_the_shape_fit_reads_a_travelling_wave_of_an_open_chain(kind):
 def test_a_shape_that_is_no_wave_says_so():
     positions = straight(30, 11)
     positions[..., 1] = np.linspace(0, 1, 30) ** 4
-    fit = measure.fit_shape(made_of(positions), np.pi / (29 * D), "y")
-    assert fit.misfit > 0.1
+    bent, q = made_of(positions), np.pi / (29 * D)
+    with pytest.raises(MeasurementError, match="leaves over 0.65 of the shape"):
+        measure.fit_shape(bent, q, "y")
+    fit = measure.fit_shape(bent, q, "y", most_misfit=1.0)
+    assert fit.misfit == pytest.approx(0.65, abs=0.01)
+    assert fit.rate.end == bent.time[-1]
 
 
 def test_a_wave_that_an_open_chain_does_not_show_has_no_rate():

@@ -193,6 +193,8 @@ def test_motion_is_that_of_a_chain_that_moves():
     assert spun[-1] / 0.5 == pytest.approx(-7.26, rel=0.06)  # the ends are pushed from one side
     assert numbers(told.meaning)[0] == pytest.approx(-7.26 * 0.5 / (2 * math.pi), rel=1e-3)
     assert lines("wave")["swims"].value == "V₀ = 0.8"
+    held = lines("wave", **{"chain.ends": "clamped"})["swims"]
+    assert held.meaning == "if its ends were not held"
 
 
 def test_what_the_reach_of_slip_leaves_out_is_the_sum_over_the_rest():

@@ -89,6 +89,8 @@ def test_flows_have_no_divergence(mode):
         ({"polar": None}, "true or false"),
         ({"name": None}, "printable text"),
         ({"label": 9}, "a digit followed"),
+        ({"velocity": {("n", 2): (1,)}}, "carry no fluid away"),
+        ({"velocity": {("n", 2): (1, 0, 1)}}, "carry no fluid away"),
         ({"polar": True}, "odd in e"),
         ({"chiral": True}, "e × n"),
         ({"label": "backend"}, "a digit followed"),
