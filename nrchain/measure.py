@@ -266,7 +266,8 @@ def fit_shape(
 
     Errors are those of the fit, as if the misfits of spheres and snapshots were independent. The
     ends of an open chain leave misfits that are not: look at ``misfit``. A fit that leaves over
-    more than ``most_misfit`` of the shape is refused. Raises :class:`MeasurementError`, as :func:`rate`.
+    more than ``most_misfit`` of the shape is refused. Raises :class:`MeasurementError`, as
+    :func:`rate`.
     """
     from scipy.optimize import curve_fit
 

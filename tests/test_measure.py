@@ -200,7 +200,7 @@ def test_a_shape_that_is_no_wave_says_so():
     positions = straight(30, 11)
     positions[..., 1] = np.linspace(0, 1, 30) ** 4
     bent, q = made_of(positions), np.pi / (29 * D)
-    with pytest.raises(MeasurementError, match="leaves over 0.65 of the shape"):
+    with pytest.raises(MeasurementError, match=r"leaves over 0\.65 of the shape"):
         measure.fit_shape(bent, q, "y")
     fit = measure.fit_shape(bent, q, "y", most_misfit=1.0)
     assert fit.misfit == pytest.approx(0.65, abs=0.01)
