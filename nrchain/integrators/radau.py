@@ -133,7 +133,8 @@ class Radau(Integrator):
         step, rejected, cause = self._fixed or self._next or self._first_step(), False, ""
         while True:
             if not step > 10.0 * np.spacing(abs(self._time)):
-                raise IntegrationError(f"steps have become too small: {cause}")
+                because = f": {cause}" if cause else " from the first on"
+                raise IntegrationError(f"steps have become too small{because}")
             outcome = self._attempt(step)
             if outcome.converged:
                 error = self._estimate(outcome.stages, rejected)
