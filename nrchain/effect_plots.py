@@ -20,6 +20,9 @@ from nrchain.trajectory import Trajectory
 LEAST = 1e-12
 """Parts of the largest size that are rounding, and are not drawn."""
 
+DASHES = ("-", (0, (4, 1.5)), (0, (1.5, 1)))
+"""Lines in turn, so that of two that coincide both are seen."""
+
 MOST_TIMES = 200
 """Snapshots that are taken apart at most."""
 
@@ -122,7 +125,13 @@ def _style(name: str, names: list[str]) -> dict[str, Any]:
 
     if name == "total":
         return {"color": INK, "linewidth": 1.8, "zorder": 1}
-    return {"color": colormaps["tab20"](names.index(name) % 20), "linewidth": 1.0, "zorder": 2}
+    number = names.index(name)
+    return {
+        "color": colormaps["tab20"](number % 20),
+        "linestyle": DASHES[number % len(DASHES)],
+        "linewidth": 1.0,
+        "zorder": 2,
+    }
 
 
 def _prepare(axes: Any, sizes: dict[str, np.ndarray]) -> None:

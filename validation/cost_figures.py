@@ -161,6 +161,7 @@ def _prices(axes: Axes, priced: Sequence[Priced]) -> None:
     axes.set_xlabel("one evaluation, five spheres [s]")
     axes.set_ylabel("relative error at $d = 10a$")
     axes.set_title("(d)  what a level costs", loc="left", fontsize=9)
+    axes.margins(x=0.1, y=0.12)
     axes.legend(fontsize=7)
 
 
