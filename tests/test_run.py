@@ -109,13 +109,13 @@ def test_a_4a_chain_turns_at_omega0_through_many_turns(name, sign, shape, error)
     assert abs(angle[-1] - angle[0]) > 60 * 2 * np.pi
 
 
-@pytest.mark.parametrize(("ratio", "evaluations"), [(1e7, 400), (1e12, 1000)])
+@pytest.mark.parametrize(("ratio", "evaluations"), [(1e7, 320), (1e12, 650)])
 def test_stiff_chains_need_no_more_than_some_hundred_evaluations(ratio, evaluations):
     scene = nrchain.load_scene("buckling", **{"elasticity.ratio": ratio, "run.end": 400})
     trajectory = nrchain.simulate(scene)
     assert trajectory.status == "completed"
     assert trajectory.counters["evaluations"] < evaluations
-    assert trajectory.counters["jacobians"] < 40
+    assert trajectory.counters["jacobians"] < 100
 
 
 @pytest.mark.parametrize("neighbours", [4, "all"])

@@ -52,9 +52,11 @@ class Cvode(Integrator):
             raise NotFinite
 
     def _prepare(self, t, y, ydot, jacobian_is_current, jacobian_is_new, gamma) -> None:
-        jacobian_is_new[0] = 0 if jacobian_is_current else 1
-        if not jacobian_is_current:
-            self.chain.linearise(t, y)
+        # CVODE would keep an old Jacobian for up to 50 steps. A new one costs about as much as the
+        # factors that are made here in any case, and halves the steps of long stiff chains: where
+        # their bonds have turned meanwhile, what Newton leaves over passes for an error.
+        jacobian_is_new[0] = 1
+        self.chain.linearise(t, y)
         self.chain.factorise(gamma)
 
     def _solve(self, t, y, ydot, right, out, gamma, delta, side) -> None:
