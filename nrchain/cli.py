@@ -164,14 +164,15 @@ def run(
     from nrchain.run import simulate
 
     what, choice = _chosen(scene, changes)
-    _warn(what, warnings(what))
+    said = warnings(what)
+    _warn(what, said)
     names = ", ".join(effect.name for effect in acting(what)) or "none"
     _mention(f"effects     {names}", soft_wrap=True)
     directory = output or Path("runs") / Path(scene).stem
     with (
         made(directory),
         _progress_bar(directory) as report,
-        catch_warnings(action="ignore", category=SceneWarning),
+        _telling(said),
     ):
         trajectory = simulate(
             what,
@@ -226,7 +227,7 @@ def resume(
     """Go on with a run that was killed or interrupted."""
     from nrchain.run import resume as go_on
 
-    with _progress_bar(directory) as report:
+    with _progress_bar(directory) as report, _telling([]):
         trajectory = go_on(directory, unwatched=unwatched, progress=report)
     _finish(trajectory)
 
@@ -361,6 +362,16 @@ def _warn(scene: Scene, warnings: list[str]) -> None:
         complain(f"note: {key} has no effect: {why}")
     for text in warnings:
         complain(f"warning: {text}")
+
+
+@contextmanager
+def _telling(said: list[str]) -> Iterator[None]:
+    """Tell what a run warns of, once it is over and but for what was said before."""
+    with catch_warnings(record=True, action="always", category=SceneWarning) as told:
+        yield
+    for text in (str(one.message) for one in told or ()):
+        if text not in said:
+            complain(f"warning: {text}")
 
 
 @contextmanager

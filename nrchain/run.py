@@ -24,6 +24,7 @@ from nrchain.charts import TURN_LIMIT, ChartedChain
 from nrchain.choice import Choice, Watch
 from nrchain.errors import SceneError, SceneWarning, TrajectoryError
 from nrchain.folders import made
+from nrchain.growth import GrowthWatch
 from nrchain.guard import Guard, Poses
 from nrchain.h5md import FILE_NAME, refusing
 from nrchain.integrators import find_integrator
@@ -75,6 +76,7 @@ class _Run:
         begin: Checkpoint | Poses,
         repeated: float = 0,
         choice: Choice | None = None,
+        told: bool = False,
     ) -> None:
         self.scene, self.recorder, self.progress = scene, recorder, progress
         self.interruption = interruption
@@ -98,6 +100,7 @@ class _Run:
             self._record(0.0, *begin)
             self._checkpoint()
         self.guard = Guard(scene, self.positions)
+        self.growth = GrowthWatch(scene, told=told)
 
     @property
     def counters(self) -> dict[str, float]:
@@ -166,6 +169,7 @@ class _Run:
                 self.chain.rebase(self.time, self.positions, self.frames)
                 self.restarts += 1
                 self._checkpoint()
+                self.growth.restart()
                 self.integrator.start(self.time, still)
 
     def _keep_to_budget(self) -> None:
@@ -188,6 +192,8 @@ class _Run:
         end = min(reached, float(self.times[-1]))
         poses = self._poses_at(end)
         stop = self.guard.watch(self.time, self.positions, end, poses, self._poses_at)
+        if stop is None:
+            stop = self.growth.watch(self.time, end, poses)
         until = end if stop is None else stop.time
         while self.next < len(self.times) and self.times[self.next] <= until:
             due = float(self.times[self.next])
@@ -323,7 +329,9 @@ def simulate(
     if output is None:
         memory = Memory(scene)
         with deferred() as interruption, interruption.second_at_once():
-            stop = _Run(scene, memory, progress, interruption, poses, choice=choice).go()
+            stop = _Run(
+                scene, memory, progress, interruption, poses, choice=choice, told=bool(told)
+            ).go()
         return replace(memory.trajectory(scene, stop), choice=choice)
     folder, path = _output_file(output)
     with (
@@ -334,7 +342,9 @@ def simulate(
         ) as writer,
     ):
         with interruption.second_at_once():
-            stop = _Run(scene, writer, progress, interruption, poses, choice=choice).go()
+            stop = _Run(
+                scene, writer, progress, interruption, poses, choice=choice, told=bool(told)
+            ).go()
         return _finish(writer, stop)
 
 

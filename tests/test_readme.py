@@ -9,6 +9,7 @@ from poses import pose_derivative, random_chain
 
 import nrchain
 from nrchain.model import Model
+from nrchain.outcome import Cause
 
 CHANGES = {"chain.particles": 5, "chain.ends": "free", "run.end": 10.0}
 README = Path(__file__).parents[1] / "README.md"
@@ -18,6 +19,11 @@ def examples(heading):
     """The Python blocks of a section."""
     text = README.read_text(encoding="utf-8").partition(f"## {heading}\n")[2].partition("\n## ")[0]
     return re.findall(r"```python\n(.*?)```", text, re.S)
+
+
+def test_every_cause_of_a_stop_is_listed():
+    listed = re.findall(r"^\| `([a-z-]+)` \|", README.read_text(encoding="utf-8"), re.M)
+    assert set(Cause) <= set(listed)
 
 
 def test_the_motion_is_taken_apart():

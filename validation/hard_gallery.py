@@ -91,6 +91,12 @@ _OPPOSED = [100.0] * 10 + [-100.0] * 10
 _ALL = {"slip.2s": 50.0, "slip.3a": 1000.0, "slip.3t": 200.0, "slip.4a": 1000.0}
 _TORN = {"chain.particles": 64, "run.end": 200.0, **FREE}
 _SPUN = {"chain.particles": 5, "run.end": 2000.0}
+_COLUMN = {
+    "elasticity.ratio": 1e12,
+    "field.force": [300.0, 0.0, 0.0],
+    "start.shape": "sine",
+    "run.end": 1.4,
+}
 _SOFT = {"steric.kind": "harmonic", "steric.strength": 1e4, "steric.range": 2.5}
 
 GALLERY = (
@@ -116,6 +122,17 @@ GALLERY = (
     ),
     Case("turned as a whole by π − 1e-9", "buckling", {"run.end": 50.0}, poses=_half_turned),
     Case("amplitude 1e-12 a", "buckling", {"start.amplitude": 1e-12, "run.end": 100.0}),
+    Case(
+        "a loaded column, bent by 1e-5 a",
+        "passive",
+        {**_COLUMN, "start.amplitude": 1e-5},
+        (Cause.GROWTH,),
+    ),
+    Case(
+        "a loaded column, bent by 1e-5 a, at 1e-10",
+        "passive",
+        {**_COLUMN, "start.amplitude": 1e-5, "run.atol": 1e-10},
+    ),
     Case(
         "amplitude 5 d",
         "buckling",

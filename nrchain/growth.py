@@ -1,0 +1,222 @@
+"""μ = max Re λ of the linearised chain, against the steps taken: growth that steps pass over.
+
+Implicit steps damp what grows by more than e in one of them, as long as it stays below the
+tolerance: a chain that buckles under a load then ends straight. While a chain is nearly straight,
+its steps are held against the rates at which it leaves that state, whatever they come from.
+
+Rates are taken anew where links have become longer, shorter or more twisted, and where steps have
+become too long for the last. They are not taken while a bend above the tolerance is seen to decay.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+
+from nrchain._compile import kernel
+from nrchain.charts import ChartedChain
+from nrchain.errors import SceneWarning
+from nrchain.growing_modes import Growth, growth_about_base
+from nrchain.guard import Poses
+from nrchain.model import Model
+from nrchain.outcome import Cause, Stop
+from nrchain.scene import Scene
+from nrchain.seed import LEAST_ATOL
+
+NEARLY = 1e4
+"""Bends below this many times ``run.atol`` are watched: larger ones rule the steps themselves."""
+
+LARGEST = 1e-2
+"""Bends of this many radii or radians are never watched: their growth is no longer linear."""
+
+FOLLOWED = 1.0
+"""h μ up to which a step follows a growth."""
+
+FOLDS = math.log(10.0)
+"""Growth by less than e to this power over the rest of the run is let be."""
+
+CHANGED = 0.2
+"""The rates are taken anew when a link has changed by this part of the largest change seen."""
+
+SEEN = 10.0
+"""A bend of this many times ``run.atol`` that becomes less is solved for, and decays."""
+
+BENT = 8
+"""Steps until a chain that was found bent is looked at again."""
+
+STRAIGHT = 1e-13
+"""Bends up to this many radii or radians are rounding."""
+
+ABSENT = 1e-8
+"""A mode below this part of the bend is not in it, by symmetry or otherwise."""
+
+ADVISED = 1e-5
+"""``run.atol`` over the bend with which modes come out right that are hardly in it."""
+
+
+class GrowthWatch:
+    """Watches the steps of one run; ``restart`` forgets all, where the integrator does."""
+
+    def __init__(self, scene: Scene, *, told: bool) -> None:
+        self._scene, self._told = scene, told
+        self._radius = scene.chain.radius
+        self._periodic = scene.chain.ends == "periodic"
+        self._limit = min(NEARLY * scene.run.atol, LARGEST)
+        self._chain: ChartedChain | None = None
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin anew, as a run does that goes on from here."""
+        self._before = self._least = math.inf
+        self._pause = 0
+        self._links: np.ndarray | None = None
+        self._scale = np.zeros(2)
+        self._fastest = self._judged = 0.0
+
+    def watch(self, begin: float, end: float, poses: Poses) -> Stop | None:
+        """What the step from ``begin`` to ``end``, where it came to ``poses``, says of growth."""
+        if self._pause:
+            self._pause -= 1
+            return None
+        bend = _bend(*poses, self._radius, self._periodic, self._limit)
+        if bend >= self._limit:
+            self._pause = BENT - 1
+            return None
+        falls, self._before = bend < self._before, bend
+        if bend > STRAIGHT:
+            self._least = min(self._least, bend)
+        atol, step = self._scene.run.atol, end - begin
+        if falls and bend > SEEN * atol and self._links is None:
+            return None
+        if not self._has_changed(poses) and step * self._fastest <= max(FOLLOWED, self._judged):
+            return None
+        left = self._scene.run.end - end
+        if left <= 0.0:
+            return None
+        growth = self._growth(end, step, left, poses, bend)
+        self._fastest = float(growth.rates.max(initial=0.0))
+        self._judged = 2.0 * step * self._fastest
+        if not len(growth.rates):
+            return None
+        if bend <= STRAIGHT:
+            self._tell(end, self._fastest)
+            return None
+        return self._judge(growth, step, end, left, bend)
+
+    def _judge(
+        self, growth: Growth, step: float, time: float, left: float, bend: float
+    ) -> Stop | None:
+        """Stop where nothing of what grows is above ``atol``, or steps are too long for it."""
+        atol = self._scene.run.atol
+        rates, present = growth.rates, growth.amplitudes
+        with np.errstate(divide="ignore"):
+            rises = np.log(present) + rates * left > math.log(atol)
+        rises &= present > ABSENT * bend
+        passed_over = rises & (step * rates > FOLLOWED)
+        hidden = rises & (present.max() < atol)
+        if not (passed_over | hidden).any():
+            return None
+        rate = float(rates[passed_over | hidden].max())
+        advised = max(min(ADVISED * self._least, 1e-2 * atol), LEAST_ATOL)
+        finer = f"run.atol = {advised:.1g}, or " if advised < atol else ""
+        return Stop(
+            Cause.GROWTH,
+            time,
+            f"a bend of {bend:.2g} a grows at rate {rate:.3g}, which steps of {step:.2g} at run."
+            f"atol = {atol:g} do not follow; {finer}a larger start resolves it",
+        )
+
+    def _has_changed(self, poses: Poses) -> bool:
+        """Whether links differ from those at which rates were last taken; if so, keep these."""
+        links = _links(*poses, self._scene.chain.spacing, self._periodic)
+        largest = np.abs(links).max(axis=1)
+        self._scale = np.maximum(self._scale, largest)
+        if self._links is not None:
+            change = np.abs(links - self._links).max(axis=1)
+            floor = self._scene.run.atol * np.array([1.0 / self._scene.chain.spacing, 1.0])
+            if (change <= np.maximum(CHANGED * self._scale, floor)).all():
+                return False
+        self._links = links
+        return True
+
+    def _growth(self, time: float, step: float, left: float, poses: Poses, bend: float) -> Growth:
+        """The modes that grow by more than ``FOLDS`` in what is left, at these poses."""
+        if self._chain is None:
+            # one of its own: the integrator's is not to notice
+            self._chain = ChartedChain(Model(self._scene))
+        self._chain.rebase(time, *poses)
+        axis = _axis(poses[0], self._periodic)
+        return growth_about_base(self._chain, axis, FOLDS / left, 1.0 / step, bend)
+
+    def _tell(self, time: float, rate: float) -> None:
+        if self._told:
+            return
+        self._told = True
+        told = (
+            f"the chain is straight to rounding at t = {time:.3g}, and stays so, although a bend"
+            f" would grow at rate {rate:.3g}: there is nothing for it to grow from; start.shape ="
+            " 'random' gives it"
+        )
+        warnings.warn(told, SceneWarning, stacklevel=2)
+
+
+def _axis(positions: np.ndarray, periodic: bool) -> np.ndarray:
+    if periodic:
+        return np.array([1.0, 0.0, 0.0])
+    axis = positions[-1] - positions[0]
+    return axis / max(float(np.linalg.norm(axis)), np.finfo(float).tiny)
+
+
+@kernel
+def _bend(positions, frames, radius, periodic, limit):
+    """max (|offset|/a, |e₁ × axis|) from the axis, or ``limit`` as soon as it is as large."""
+    count = positions.shape[0]
+    axis = np.zeros(3)
+    axis[0] = 1.0
+    if not periodic:
+        square = 0.0
+        for k in range(3):
+            axis[k] = positions[count - 1, k] - positions[0, k]
+            square += axis[k] * axis[k]
+        if square == 0.0:
+            return limit
+        axis /= np.sqrt(square)
+    largest, across = 0.0, np.empty(3)
+    for i in range(count):
+        for part in range(2):
+            size = 0.0
+            for k in range(3):
+                k1, k2 = (k + 1) % 3, (k + 2) % 3
+                if part == 0:
+                    first = (positions[i, k1] - positions[0, k1]) / radius
+                    second = (positions[i, k2] - positions[0, k2]) / radius
+                else:
+                    first, second = frames[i, 0, k1], frames[i, 0, k2]
+                across[k] = first * axis[k2] - second * axis[k1]
+                size += across[k] * across[k]
+            largest = max(largest, np.sqrt(size))
+        if largest >= limit:
+            return limit
+    return largest
+
+
+@kernel
+def _links(positions, frames, spacing, periodic):
+    """(2, links): the strain of every link, and the sine of its twist."""
+    count = positions.shape[0]
+    number = count if periodic else count - 1
+    links = np.empty((2, number))
+    for link in range(number):
+        ahead = (link + 1) % count
+        square, twist = 0.0, 0.0
+        for k in range(3):
+            along = positions[ahead, k] - positions[link, k]
+            if ahead == 0 and k == 0:
+                along += count * spacing
+            square += along * along
+            twist += frames[link, 2, k] * frames[ahead, 1, k]
+        links[0, link] = np.sqrt(square) / spacing - 1.0
+        links[1, link] = twist
+    return links
