@@ -20,8 +20,10 @@ DENSE = 400
 NEAREST = 6
 """Eigenvalues found about each of the rates that matter on longer chains."""
 
-ACROSS = 1e-6
-"""A mode bends the chain if this part of it or more is across the axis, beside a common shift."""
+ACROSS = 1e-3
+"""A mode bends the chain if more than this part of it is neither along it nor a rigid motion."""
+
+TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,7 @@ def growth_about_base(
     chain.linearise(chain.time, still)
     if chain.dimension > DENSE:
         values, shapes = _nearest(chain, (least, fast))
-        grows = (values.real > least) & _bends(shapes, axis)
+        grows = (values.real > least) & _bends(chain, shapes, axis)
         return Growth(values.real[grows], np.full(grows.sum(), bend))
     from scipy.linalg import eig
 
@@ -52,22 +54,30 @@ def growth_about_base(
     if not np.isfinite(matrix).all():
         return Growth(np.empty(0), np.empty(0))
     values, duals, shapes = eig(matrix, left=True)
-    grows = (values.real > least) & _bends(shapes, axis)
+    grows = (values.real > least) & _bends(chain, shapes, axis)
     values, duals, shapes = values[grows], duals[:, grows], shapes[:, grows]
     velocity = np.empty(chain.dimension)
     chain.rates(chain.time, still, velocity)
     overlap = np.abs((duals.conj() * shapes).sum(axis=0) * values)
     sizes = np.abs(duals.conj().T @ velocity) * np.abs(shapes).max(axis=0, initial=0.0)
-    return Growth(values.real, sizes / np.maximum(overlap, np.finfo(float).tiny))
+    return Growth(values.real, sizes / np.maximum(overlap, TINY))
 
 
-def _bends(shapes: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Which modes (6N, K) move spheres against each other across the axis, or tilt them."""
-    modes = shapes.T.reshape(shapes.shape[1], -1, 6)
-    across = modes.reshape(len(modes), -1, 2, 3)
-    across = across - (across @ axis)[..., None] * axis
+def _bends(chain: ChartedChain, shapes: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """Which modes (6N, K) are more across the axis than a shift and a turn of the whole chain.
+
+    A chain that is being stretched takes its direction from how it lay: its offsets grow, and
+    nothing bends.
+    """
+    modes = shapes.T.reshape(shapes.shape[1], -1, 2, 3)
+    across = modes - (modes @ axis)[..., None] * axis
+    places = chain.base_positions[chain.order] @ axis
+    places = places - places.mean()
     across[:, :, 0] -= across[:, :, 0].mean(axis=1, keepdims=True)
-    most = np.abs(modes).max(axis=(1, 2), initial=0.0)
+    turn = np.einsum("n,knc->kc", places, across[:, :, 0]) / max(float(places @ places), TINY)
+    across[:, :, 0] -= places[:, None] * turn[:, None]
+    across[:, :, 1] -= np.cross(axis, turn)[:, None]
+    most = np.abs(modes).max(axis=(1, 2, 3), initial=0.0)
     return np.abs(across).max(axis=(1, 2, 3), initial=0.0) > ACROSS * most
 
 

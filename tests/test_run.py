@@ -193,6 +193,7 @@ def test_overlapping_start_of_a_scene_is_refused():
         nrchain.simulate(crowded, positions=1.999 / 2.001 * start.starting_poses(crowded)[0])
 
 
+@pytest.mark.filterwarnings("ignore::nrchain.errors.SceneWarning")
 def test_spheres_that_touch_stop_the_run():
     # two spheres pulled together by a spring much shorter than their distance
     scene = nrchain.load_scene(
