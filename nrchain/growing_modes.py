@@ -23,6 +23,9 @@ NEAREST = 6
 ACROSS = 1e-3
 """A mode bends the chain if more than this part of it is neither along it nor a rigid motion."""
 
+FROZEN = 2.0
+"""Rates this many times that of the state which they are taken about are of that state."""
+
 TINY = float(np.finfo(float).tiny)
 
 
@@ -39,14 +42,17 @@ def growth_about_base(
 ) -> Growth:
     """The modes about the base of a chain, nearly straight along ``axis``, faster than ``least``.
 
+    Also faster than ``FROZEN`` times the rate at which links stretch or shorten: offsets grow with
+    a chain that is stretched, as it takes its direction from how it lay, and nothing bends.
     On a long chain those near the rates ``least`` and ``fast``, with ``bend`` for the amplitude of
     each; none where the Jacobian is not finite.
     """
     still = np.zeros(chain.dimension)
+    bound = max(least, FROZEN * _stretching(chain, axis))
     chain.linearise(chain.time, still)
     if chain.dimension > DENSE:
         values, shapes = _nearest(chain, (least, fast))
-        grows = (values.real > least) & _bends(chain, shapes, axis)
+        grows = (values.real > bound) & _bends(chain, shapes, axis)
         return Growth(values.real[grows], np.full(grows.sum(), bend))
     from scipy.linalg import eig
 
@@ -54,7 +60,7 @@ def growth_about_base(
     if not np.isfinite(matrix).all():
         return Growth(np.empty(0), np.empty(0))
     values, duals, shapes = eig(matrix, left=True)
-    grows = (values.real > least) & _bends(chain, shapes, axis)
+    grows = (values.real > bound) & _bends(chain, shapes, axis)
     values, duals, shapes = values[grows], duals[:, grows], shapes[:, grows]
     velocity = np.empty(chain.dimension)
     chain.rates(chain.time, still, velocity)
@@ -63,12 +69,16 @@ def growth_about_base(
     return Growth(values.real, sizes / np.maximum(overlap, TINY))
 
 
-def _bends(chain: ChartedChain, shapes: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Which modes (6N, K) are more across the axis than a shift and a turn of the whole chain.
+def _stretching(chain: ChartedChain, axis: np.ndarray) -> float:
+    """max |d ln l/dt| of the links, each of length l along the axis, about the base."""
+    positions = chain.base_positions
+    twists = chain.model.twists(positions, chain.base_frames)
+    apart, parting = (np.diff(rows @ axis) for rows in (positions, twists[:, :3]))
+    return float(np.abs(parting / np.where(apart == 0.0, TINY, apart)).max())
 
-    A chain that is being stretched takes its direction from how it lay: its offsets grow, and
-    nothing bends.
-    """
+
+def _bends(chain: ChartedChain, shapes: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """Which modes (6N, K) are more across the axis than a shift and a turn of the whole chain."""
     modes = shapes.T.reshape(shapes.shape[1], -1, 2, 3)
     across = modes - (modes @ axis)[..., None] * axis
     places = chain.base_positions[chain.order] @ axis

@@ -40,6 +40,9 @@ FOLDS = math.log(10.0)
 CHANGED = 0.2
 """The rates are taken anew when a link has changed by this part of the largest change seen."""
 
+LONGER = 10.0
+"""So are they when steps have become this many times as long."""
+
 SEEN = 10.0
 """A bend of this many times ``run.atol`` that becomes less is solved for, and decays."""
 
@@ -73,7 +76,7 @@ class GrowthWatch:
         self._pause = 0
         self._links: np.ndarray | None = None
         self._scale = np.zeros(2)
-        self._fastest = self._judged = 0.0
+        self._fastest = self._judged = self._step = 0.0
 
     def watch(self, begin: float, end: float, poses: Poses) -> Stop | None:
         """What the step from ``begin`` to ``end``, where it came to ``poses``, says of growth."""
@@ -90,14 +93,15 @@ class GrowthWatch:
         atol, step = self._scene.run.atol, end - begin
         if falls and bend > SEEN * atol and self._links is None:
             return None
-        if not self._has_changed(poses) and step * self._fastest <= max(FOLLOWED, self._judged):
+        slow = step * self._fastest <= max(FOLLOWED, self._judged)
+        if not self._has_changed(poses) and slow and step <= LONGER * self._step:
             return None
         left = self._scene.run.end - end
         if left <= 0.0:
             return None
         growth = self._growth(end, step, left, poses, bend)
         self._fastest = float(growth.rates.max(initial=0.0))
-        self._judged = 2.0 * step * self._fastest
+        self._judged, self._step = 2.0 * step * self._fastest, step
         if not len(growth.rates):
             return None
         if bend <= STRAIGHT:
