@@ -45,8 +45,19 @@ def growth_about_base(
     Also faster than ``FROZEN`` times the rate at which links stretch or shorten: offsets grow with
     a chain that is stretched, as it takes its direction from how it lay, and nothing bends.
     On a long chain those near the rates ``least`` and ``fast``, with ``bend`` for the amplitude of
-    each; none where the Jacobian is not finite.
+    each; none where the Jacobian is not finite or its eigenvalues are not found.
     """
+    from scipy.sparse.linalg import ArpackError
+
+    try:
+        return _growth(chain, axis, least, fast, bend)
+    except (ArpackError, ArithmeticError, np.linalg.LinAlgError):
+        return Growth(np.empty(0), np.empty(0))
+
+
+def _growth(
+    chain: ChartedChain, axis: np.ndarray, least: float, fast: float, bend: float
+) -> Growth:
     still = np.zeros(chain.dimension)
     bound = max(least, FROZEN * _stretching(chain, axis))
     chain.linearise(chain.time, still)
@@ -79,7 +90,7 @@ def _stretching(chain: ChartedChain, axis: np.ndarray) -> float:
 
 def _bends(chain: ChartedChain, shapes: np.ndarray, axis: np.ndarray) -> np.ndarray:
     """Which modes (6N, K) are more across the axis than a shift and a turn of the whole chain."""
-    modes = shapes.T.reshape(shapes.shape[1], -1, 2, 3)
+    modes = shapes.T.reshape(shapes.shape[1], len(chain.order), 2, 3)
     across = modes - (modes @ axis)[..., None] * axis
     places = chain.base_positions[chain.order] @ axis
     places = places - places.mean()

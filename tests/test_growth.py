@@ -5,6 +5,7 @@ import warnings
 
 import numpy as np
 import pytest
+from scipy.sparse.linalg import ArpackError, ArpackNoConvergence
 
 import nrchain
 from nrchain import growing_modes
@@ -99,3 +100,22 @@ def test_long_chains_have_the_rates_of_all_eigenvalues(monkeypatch):
     nearest = growth_about_base(chain, X, 0.2, 2.0, 1e-10).rates
     assert every.max() > 1.0
     assert nearest.max() == pytest.approx(every.max(), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "failure",
+    [
+        ArpackNoConvergence("no convergence: %s", np.empty(0), np.empty((48, 0))),
+        ArpackError(-9),
+        FloatingPointError("the Newton matrix is singular"),
+    ],
+)
+def test_rates_that_are_not_found_leave_the_run_as_it_is(monkeypatch, failure):
+    def fail(*_, **__):
+        raise failure
+
+    monkeypatch.setattr(growing_modes, "DENSE", 0)
+    monkeypatch.setattr("scipy.sparse.linalg.eigs", fail)
+    scene = squeezed(**{"run.end": 1e-3})
+    found = nrchain.simulate(scene, positions=compressed(scene, 1e-10))
+    assert found.status == "completed"
