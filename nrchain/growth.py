@@ -5,7 +5,9 @@ tolerance: a chain that buckles under a load then ends straight. While a chain i
 its steps are held against the rates at which it leaves that state, whatever they come from.
 
 Rates are taken anew where links have become longer, shorter or more twisted, and where steps have
-become too long for the last. They are not taken while a bend above the tolerance is seen to decay.
+become too long for the last: at once the first few times, then at steps ever farther apart, so that
+a chain that shakes along itself is not held up. They are not taken while a bend above the tolerance
+is seen to decay.
 """
 
 from __future__ import annotations
@@ -52,6 +54,9 @@ BENT = 8
 STRAIGHT = 1e-13
 """Bends up to this many radii or radians are rounding."""
 
+AT_ONCE = 4
+"""Looks at rates that follow each other at once; from then on twice the steps lie between two."""
+
 ABSENT = 1e-8
 """A mode below this part of the bend is not in it, by symmetry or otherwise."""
 
@@ -77,6 +82,7 @@ class GrowthWatch:
         self._links: np.ndarray | None = None
         self._scale = np.zeros(2)
         self._fastest = self._judged = self._step = 0.0
+        self._looks = self._wait = 0
 
     def watch(self, begin: float, end: float, poses: Poses) -> Stop | None:
         """What the step from ``begin`` to ``end``, where it came to ``poses``, says of growth."""
@@ -94,8 +100,13 @@ class GrowthWatch:
         if falls and bend > SEEN * atol and self._links is None:
             return None
         slow = step * self._fastest <= max(FOLLOWED, self._judged)
-        if not self._has_changed(poses) and slow and step <= LONGER * self._step:
+        self._wait -= 1
+        if slow and (
+            self._wait > 0 or not (self._has_changed(poses) or step > LONGER * self._step)
+        ):
             return None
+        self._looks += 1
+        self._wait = 2 ** max(self._looks - AT_ONCE, 0)
         left = self._scene.run.end - end
         if left <= 0.0:
             return None
