@@ -46,8 +46,8 @@ AGREEMENT = 1e-10
 PROJECT = "the project's bar"
 
 NEAR_RECIPE, NEAR_COMPILED, FAR_RECIPE = 150.0, 3.8, 45.0
-"""Times faster, as measured when the bars were given up. The first was 80 to 230 from run to run, as
-the threads of the recipe wait for each other more or less."""
+"""Times faster, as measured when the bars were given up. The first is 80 to 230 from run to run, as
+threads of the recipe wait for each other for more or less long."""
 
 
 @dataclass(frozen=True)
