@@ -93,6 +93,8 @@ class GrowthWatch:
         if bend >= self._limit:
             self._pause = BENT - 1
             return None
+        if bend <= STRAIGHT and self._told:
+            return None
         falls, self._before = bend < self._before, bend
         if bend > STRAIGHT:
             self._least = min(self._least, bend)
