@@ -251,8 +251,8 @@ def _compare(
     """A rival as it is written down, and one that is given care.
 
     The bar is for the first, whose threads wait for each other for more or less long: its time
-    swings threefold from run to run. What is held to is the second. Its repetitions stand between ours. Only one that is quick is run more than once. A quick
-    study leaves out the first: its threads wait for each other for minutes where cores are shared.
+    swings threefold from run to run, and a quick study leaves it out. What is held to is the
+    second. Repetitions stand between ours; only a rival that is quick is run more than once.
     """
 
     def rival(tolerance: float) -> Timed:
