@@ -6,12 +6,16 @@ closed: it goes with the file where that is renamed, and a process that is kille
 
 from __future__ import annotations
 
-import fcntl
 import os
 from pathlib import Path
 from typing import Self
 
-from nrchain.errors import TrajectoryError
+from nrchain.errors import PlatformError, TrajectoryError
+
+try:
+    import fcntl
+except ImportError:
+    raise PlatformError from None
 
 
 class Claim:

@@ -10,6 +10,9 @@ class _NotGiven:
 
 NOT_GIVEN = _NotGiven()
 
+SYSTEMS = "nrchain runs on Linux and macOS, and on Windows inside WSL."
+"""What it runs on, as the README says it."""
+
 
 class NrchainError(Exception):
     """Base of every documented error of nrchain."""
@@ -34,6 +37,13 @@ class SceneWarning(UserWarning):
 
 class BackendError(NrchainError, RuntimeError):
     """A pair-law backend that is missing, of an unknown release, or fails its self-check."""
+
+
+class PlatformError(NrchainError, ImportError):
+    """A system without what nrchain needs of it, found where the part that needs it is imported."""
+
+    def __init__(self, systems: str = SYSTEMS) -> None:
+        super().__init__(systems)
 
 
 class TrajectoryError(NrchainError, OSError):
