@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 from rich import box
 from rich.table import Table
 
+from nrchain.wording import span
+
 if TYPE_CHECKING:
     from nrchain.cost import WorkPrecision
     from nrchain.trajectory import Trajectory
@@ -72,7 +74,7 @@ def work_table(found: WorkPrecision) -> Table:
             f" {point.setting}",
             f"{measured.error:.1e}" if measured.error else "none",
             _seconds(measured.median),
-            *("-".join(map(_seconds, found.whole_run(measured))) for _ in whole),
+            *(span(*map(_seconds, found.whole_run(measured)), sign="–") for _ in whole),
             *map(str, counts),
         )
     return table

@@ -19,6 +19,7 @@ from nrchain.scene import Scene, load_scene
 from nrchain.start import starting_poses
 from nrchain.timing import Measured, measure_all, prepare, run_timed, simulate_quietly
 from nrchain.trajectory import Trajectory
+from nrchain.wording import span
 
 Axis = Literal["stepping", "reach", "model"]
 Changes = dict[str, Any]
@@ -83,9 +84,9 @@ class Advice:
 
     def lines(self) -> list[str]:
         """The advice in words: error, cost, and how sure both are."""
-        least, most = self.seconds
+        took = span(*(f"{seconds:.3g}" for seconds in self.seconds))
         return [
-            f"global error {self.error:.1e}, in {least:.3g} to {most:.3g} s for the whole run",
+            f"global error {self.error:.1e}, in {took} s for the whole run",
             *self.sure,
         ]
 
@@ -181,7 +182,8 @@ class WorkPrecision:
         )
         seconds = point.measured.seconds
         if len(seconds) > 1:
-            yield f"{len(seconds)} repetitions took {min(seconds):.3g} to {max(seconds):.3g} s"
+            took = span(f"{min(seconds):.3g}", f"{max(seconds):.3g}")
+            yield f"{len(seconds)} repetitions took {took} s"
         else:
             yield f"run once, in {seconds[0]:.3g} s: the budget allowed no repetition"
         if self.part == 1.0:

@@ -14,6 +14,7 @@ from nrchain.regime import warnings
 from nrchain.scene import Scene, Slip
 from nrchain.scene_changes import reaching
 from nrchain.scene_sections import ElasticitySpec, FrictionSpec, SlipSpec, StartSpec
+from nrchain.wording import span
 
 Row = tuple[str, str]
 
@@ -56,8 +57,8 @@ def _describe_slip(scene: Scene, simulated: list[Row], left_out: list[Row]) -> N
     reach = scene.slip.neighbours
     where = reach_text(reach)
     for label, mode in scene.slip.modes.items():
-        strength = np.unique(mode.strength)
-        text = f"{strength[0]:g}" if len(strength) == 1 else f"{strength[0]:g} to {strength[-1]:g}"
+        strength = np.asarray(mode.strength)
+        text = span(f"{strength.min():g}", f"{strength.max():g}")
         if np.any(strength):
             simulated.append((f"slip {label}", f"strength {text}, {where}"))
         else:

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from nrchain.errors import NrchainError, shorten
 from nrchain.trajectory import Trajectory
+from nrchain.wording import span
 
 Kind = Literal["right", "left", "y", "z", "x"]
 Quantity = Literal["displacement", "tilt", "shear"]
@@ -469,8 +470,8 @@ def _clear(wave: Wave) -> slice:
     if not size.all():
         raise MeasurementError(f"the wave vanishes at t = {wave.time[size == 0.0][0]:.6g}")
     raise MeasurementError(
-        f"the wave, of {size.min():.2g} to {size.max():.2g}, is well above what the tolerances of"
-        f" its run leave uncertain, {float(np.min(wave.noise)):.2g}, in no more than"
+        f"the wave, of {span(f'{size.min():.2g}', f'{size.max():.2g}')}, is well above what the"
+        f" tolerances of its run leave uncertain, {float(np.min(wave.noise)):.2g}, in no more than"
         f" {longest.stop - longest.start} snapshots in a row, and {FEWEST} are needed: lower"
         " run.atol and run.rtol, start from a larger amplitude, or take more snapshots"
     )

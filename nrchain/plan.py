@@ -30,6 +30,7 @@ from nrchain.regime import (
 )
 from nrchain.scene import Scene, load_scene
 from nrchain.start import starting_poses
+from nrchain.wording import span
 
 _BENDING = [Branch.BEND_PLUS, Branch.BEND_MINUS]
 
@@ -113,7 +114,8 @@ def _start_line(scene: Scene, positions: np.ndarray) -> Line:
 def _stiffness_lines(scene: Scene) -> list[Line]:
     lines = []
     for load in loads(scene):
-        held = f"{load.prestress:.3g}/{load.stiffness:.3g} = {load.strain:.2g}"
+        ratio = math.copysign(load.strain, load.prestress)
+        held = f"{load.prestress:.3g}/{load.stiffness:.3g} = {ratio:.2g}"
         if not load.prestress:
             meaning = "no active prestress strains the bonds"
         elif load.holds:
@@ -136,7 +138,7 @@ def _rate_lines(scene: Scene) -> list[Line]:
     lines = [
         Line(
             "rates",
-            f"{slowest:.2e} to {fastest:.2e}",
+            span(f"{slowest:.2e}", f"{fastest:.2e}"),
             f"|Λ| of the slowest and the fastest wave; {stiffness}",
         ),
         Line("longest wave", f"{bending:+.3e}", "growth rate of bending over the chain"),

@@ -21,6 +21,7 @@ from nrchain.nominal_cost import LOOP
 from nrchain.scene import Scene
 from nrchain.scene_changes import Change, Refused, refused_changes
 from nrchain.start import starting_poses
+from nrchain.wording import span
 
 ORDER = 0.175
 """Evaluations of a run grow as its tolerance to minus this power: that of the shipped scenes."""
@@ -66,11 +67,14 @@ class EffectPlan:
         ] + [(_name(one), "not possible", *[""] * (len(COLUMNS) - 2)) for one in self.refused]
 
     def remarks(self) -> list[str]:
-        """Of which time the differences are that are not those of the end of the run."""
+        """Of which time the differences are that are not those of the end of the run.
+
+        Each explains the mark that its row shows.
+        """
         return [
             f"{_name(one.change)}: {one.stops or _unknown(one)}"
             for one in self.estimates.estimates
-            if one.stops or not one.ends
+            if one.stops or not one.ends or not _is_known(one, one.displacement + one.turn)
         ] + [f"{_name(one)}: {one.reason}" for one in self.refused]
 
     def notes(self) -> list[str]:
@@ -81,18 +85,28 @@ class EffectPlan:
             if wave is None
             else f"growth: part of the rate at which bending of q = {wave:.3g} grows"
         )
+        left_out = [one for one in self.estimates.estimates if one.change.kind == "add"]
+        added = "+ marks effects that the scene leaves out, and what they would bring"
         return [
-            "+ marks effects that the scene leaves out, and what they would bring",
+            *([added] if left_out or any(one.kind == "add" for one in self.refused) else []),
             "velocity: largest change of a velocity or spin, in radii or radians per unit time, at "
             "the start and at most on the way",
             growth,
             "end: how far a sphere ends, in radii, from where it would with the change; "
             "turned: its frame, in radians; where a run stops, at that time",
             "time: part of a right-hand side that the effect takes, or would add",
+            self._work_note(),
+        ]
+
+    def _work_note(self) -> str:
+        """How far the probe went, and what it and the run take."""
+        if self.estimates.probed == 0.0:
+            return "the budget allows no probe, and what the run will take is not known"
+        return (
             f"the probe, at tolerance {PROBE_TOLERANCE:g} to t = {self.estimates.probed:.4g}, is "
             f"{self.probe:.2g} times the work of the run, which will take about "
-            f"{self.seconds:.2g} s",
-        ]
+            f"{self.seconds:.2g} s"
+        )
 
 
 def plan_effects(scene: Scene, estimates: Estimates | None = None) -> EffectPlan:
@@ -157,7 +171,7 @@ def _row(one: Estimate, own: float, other: float) -> tuple[str, ...]:
     share = (own - other) / own if drop and own else (other - own) / own if own else 0.0
     return (
         _name(one.change),
-        f"{_size(one.velocity)}–{_size(one.velocity_along)}",
+        span(_size(one.velocity), _size(one.velocity_along), sign="–"),
         growth,
         *(_end(one, value) for value in (one.displacement, one.turn)),
         f"{100.0 * share:+.0f} %",
@@ -166,14 +180,23 @@ def _row(one: Estimate, own: float, other: float) -> tuple[str, ...]:
 
 def _end(one: Estimate, value: float) -> str:
     """A difference at the end: marked if it is of another time, ? where there is none."""
-    if one.until == 0.0 or not math.isfinite(value):
+    if not _is_known(one, value):
         return "?"
     size = _size(value) if value == 0.0 or value >= RESOLUTION else f"<{_size(RESOLUTION)}"
     return size + ("" if one.ends else "*")
 
 
+def _is_known(one: Estimate, value: float) -> bool:
+    return one.until > 0.0 and math.isfinite(value)
+
+
 def _unknown(one: Estimate) -> str:
-    return f"* is at t = {one.until:.4g}, where the probe ended; the end is not known"
+    """What the marks of a row mean that is not of the end of the run."""
+    if any(_is_known(one, value) for value in (one.displacement, one.turn)):
+        return f"* is at t = {one.until:.4g}, where the probe ended; the end is not known"
+    if one.until == 0.0:
+        return "? stands for what the budget of the probes allowed no step to find"
+    return f"? stands for what is not finite at t = {one.until:.4g}, where the probe ended"
 
 
 def _signed(value: float) -> str:

@@ -19,6 +19,7 @@ from nrchain.errors import SceneError, TrajectoryError
 from nrchain.h5md import refusing
 from nrchain.scene import Scene
 from nrchain.trajectory import Trajectory
+from nrchain.wording import span
 
 VIEWS = ("planes", "3d")
 FORMATS = (".png", ".pdf", ".svg")
@@ -64,8 +65,8 @@ def slip_text(scene: Scene) -> str:
     words = []
     for label, slip in scene.slip.modes.items():
         strengths = np.atleast_1d(slip.strength)
-        ends = dict.fromkeys(f"{v:+g}" for v in (strengths.min(), strengths.max()))
-        words.append(f"{label} {' to '.join(ends)}".replace("-", "−"))
+        ends = span(f"{strengths.min():+g}", f"{strengths.max():+g}")
+        words.append(f"{label} {ends}".replace("-", "−"))
     return ", ".join(words) or "passive"
 
 

@@ -91,6 +91,35 @@ def test_what_the_probe_does_not_reach_is_marked_and_what_it_cannot_see_is_unkno
     assert all(row[3:5] == ("?", "?") for row in none.rows())
 
 
+@pytest.mark.parametrize("budget", [0.0, 0.02, 3.0])
+@pytest.mark.parametrize("name", ["buckling", "wave"])
+def test_what_is_said_below_a_table_explains_the_marks_in_it_and_no_others(name, budget):
+    scene = nrchain.load_scene(name, **SHORT)
+    found = plan_effects(scene, estimate_effects(scene, budget=budget))
+    shown = " ".join(cell for row in found.rows() for cell in row)
+    told = " ".join([*found.remarks(), *found.notes()])
+    for mark, meaning in (("*", "* is at t"), ("?", "? stands for"), ("+ ", "+ marks effects")):
+        assert (mark in shown) == (meaning in told), (mark, shown, told)
+    assert ("will take about" in told) == (found.estimates.probed > 0.0)
+
+
+def test_without_effects_to_add_no_sign_for_them_is_explained():
+    everything = {"slip.neighbours": "all", "slip.finite_size": True, "friction": "pairwise"}
+    scene = nrchain.load_scene("buckling", **SHORT, **everything)
+    effects = plan_effects(scene, estimate_effects(scene, budget=0.0))
+    assert not any(row[0].startswith("+") for row in effects.rows())
+    assert not any("+ marks" in note for note in effects.notes())
+
+
+def test_velocities_that_look_alike_are_shown_once():
+    scene = nrchain.load_scene("wave", **SHORT)
+    shown = [row[1] for row in plan_effects(scene).rows()]
+    assert any("–" in cell for cell in shown)
+    for cell in shown:
+        least, sign, most = cell.partition("–")
+        assert not sign or least != most
+
+
 def test_a_table_of_effects_has_a_cell_for_every_column():
     effects = plan_effects(nrchain.load_scene("passive", **{"run.end": 1.0}))
     assert all(len(row) == len(COLUMNS) for row in effects.rows())

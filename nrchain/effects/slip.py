@@ -21,6 +21,7 @@ from nrchain.hydrodynamics.pairs import SlipFlow
 from nrchain.scene import Scene, load_scene
 from nrchain.scene_sections import SlipSpec
 from nrchain.slip_modes import PairTable, SlipMode
+from nrchain.wording import span
 
 
 class PyStokesFlow(SlipFlow):
@@ -168,8 +169,8 @@ class SlipEffect(FlowEffect):
 
     @classmethod
     def detail(cls, scene: Scene) -> str:
-        strength = np.unique(scene.slip.modes[cls.mode.label].strength)
-        text = f"{strength[0]:g}" if len(strength) == 1 else f"{strength[0]:g} to {strength[-1]:g}"
+        strength = np.asarray(scene.slip.modes[cls.mode.label].strength)
+        text = span(f"{strength.min():g}", f"{strength.max():g}")
         return f"strength {text}, {reach_text(scene.slip.neighbours)}"
 
     @classmethod
