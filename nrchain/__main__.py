@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import warnings
+from typing import Any
 
 from nrchain.interruption import INTERRUPTED, leave_on_signals
 
@@ -16,6 +18,7 @@ def main() -> None:
         except OSError:
             os.open(os.devnull, os.O_RDWR)
     leave_on_signals()
+    warnings.showwarning = _in_one_line
     from nrchain.cli import main as command_line
 
     try:
@@ -25,6 +28,13 @@ def main() -> None:
             # on its way down the interpreter would hear signals again
             os._exit(INTERRUPTED)
         raise
+
+
+def _in_one_line(message: Warning | str, *where: Any, **further: Any) -> None:
+    """Show a warning as the program shows what it has to say, without the line of code."""
+    from nrchain.terminal import complain
+
+    complain(f"warning: {message}")
 
 
 if __name__ == "__main__":

@@ -1,10 +1,14 @@
 """Kernels kept on disk are those of the sources that lie beside them."""
 
+import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
+import nrchain
 import nrchain._compile as compiled
 
 CALLER = (
@@ -33,3 +37,74 @@ def test_a_kernel_is_compiled_again_when_one_it_calls_has_changed(tmp_path):
     assert run(2.0) == ["2.0", "0"]
     assert run(2.0) == ["2.0", "1"]
     assert run(3.0) == ["3.0", "0"]
+
+
+@pytest.fixture
+def nowhere(tmp_path):
+    """Run a command where neither the package nor the user's cache can be written, for root too."""
+    package = tmp_path / "p"
+    package.mkdir()
+    for name, text in (("caller", CALLER), ("called", CALLED.format(factor=2.0))):
+        (package / f"{name}.py").write_text(text)
+    shutil.copy(Path(compiled.__file__), package)
+    ours = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(Path(nrchain.__file__).parent, tmp_path / "nrchain", ignore=ours)
+    folders = [package, *(path.parent for path in (tmp_path / "nrchain").rglob("*.py"))]
+    for folder in set(folders):
+        # a file in the place of the folder keeps everybody from writing into it
+        (folder / "__pycache__").touch()
+    (tmp_path / "temporary").mkdir()
+
+    def run(*command, **environment):
+        unset = {"HOME": "/dev/null", "XDG_CACHE_HOME": "/dev/null", "MPLCONFIGDIR": str(tmp_path)}
+        unset["TMPDIR"] = str(tmp_path / "temporary")
+        inherited = {k: v for k, v in os.environ.items() if k not in ("NUMBA_CACHE_DIR", *unset)}
+        return subprocess.run(
+            [sys.executable, *command],
+            cwd=tmp_path,
+            env=inherited | unset | environment,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+
+    return run
+
+
+def test_kernels_go_to_a_temporary_folder_where_nothing_else_can_be_written(nowhere, tmp_path):
+    first, second = nowhere("-c", SCRIPT), nowhere("-c", SCRIPT)
+    assert first.stdout.split() == ["2.0", "0"]
+    assert second.stdout.split() == ["2.0", "1"]
+    assert first.stderr.count("NUMBA_CACHE_DIR") == 1
+    assert str(tmp_path / "temporary") in first.stderr
+
+
+def test_the_setting_that_the_warning_names_keeps_kernels(nowhere, tmp_path):
+    kept = {"NUMBA_CACHE_DIR": str(tmp_path / "kept")}
+    assert nowhere("-c", SCRIPT, **kept).stderr == ""
+    assert nowhere("-c", SCRIPT, **kept).stdout.split() == ["2.0", "1"]
+
+
+def test_kernels_of_a_folder_that_others_can_write_to_are_not_loaded(nowhere, tmp_path):
+    nowhere("-c", SCRIPT)
+    (open_to_all,) = (tmp_path / "temporary").glob("nrchain-kernels-*")
+    open_to_all.chmod(0o777)
+    after = nowhere("-c", SCRIPT)
+    assert after.stdout.split() == ["2.0", "0"]
+    assert f"in {open_to_all}," not in after.stderr
+
+
+def test_kernels_are_compiled_where_no_folder_can_be_written_at_all(nowhere):
+    # Python looks for a temporary folder in the working directory too, where it can be written
+    hide = "import tempfile; tempfile.tempdir = '/dev/null'\n"
+    for _ in range(2):
+        done = nowhere("-c", hide + SCRIPT)
+        assert done.stdout.split() == ["2.0", "0"]
+        assert done.stderr.count("compiled again by every process") == 1
+
+
+def test_every_command_runs_there_and_says_so_in_one_line(nowhere):
+    done = nowhere("-m", "nrchain", "scenes")
+    assert "buckling" in done.stdout
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("nrchain: warning: ") and "NUMBA_CACHE_DIR" in line
