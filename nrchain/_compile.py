@@ -33,7 +33,8 @@ def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False
 
     def compile_(f: Callable[..., Any]) -> Any:
         named = rename(f, sources())
-        options = {"parallel": parallel, "error_model": "numpy", "fastmath": set(ARITHMETIC)}
+        options: dict[str, Any] = {"parallel": parallel, "error_model": "numpy"}
+        options["fastmath"] = set(ARITHMETIC)
         try:
             return numba.njit(named, cache=True, **options)
         except RuntimeError:
@@ -52,15 +53,15 @@ def _kept_for_now(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     if folder is None:
         return numba.njit(function, **options)
     # Numba reads the folder where a function is declared, from its configuration alone.
+    settings: Any = numba.config
     with _placing:
-        given = numba.config.CACHE_DIR
-        numba.config.CACHE_DIR = str(folder)
+        given, settings.CACHE_DIR = settings.CACHE_DIR, str(folder)
         try:
             return numba.njit(function, cache=True, **options)
         except RuntimeError:
             return numba.njit(function, **options)
         finally:
-            numba.config.CACHE_DIR = given
+            settings.CACHE_DIR = given
 
 
 @cache

@@ -107,4 +107,5 @@ def test_every_command_runs_there_and_says_so_in_one_line(nowhere):
     done = nowhere("-m", "nrchain", "scenes")
     assert "buckling" in done.stdout
     (line,) = done.stderr.splitlines()
-    assert line.startswith("nrchain: warning: ") and "NUMBA_CACHE_DIR" in line
+    assert line.startswith("nrchain: warning: ")
+    assert "NUMBA_CACHE_DIR" in line

@@ -1,0 +1,1 @@
+"""Single-point mutants of the package outside its kernels, and the tests that notice them."""
