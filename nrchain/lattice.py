@@ -11,7 +11,9 @@ the Fourier sum of the pair mobilities beside them for friction between spheres.
 of all pairs are taken to rounding: on a line the blocks of a slip flow and the mobilities are sums
 of pure powers of the distance, and :mod:`nrchain.lattice_sums` knows those. Forces between spheres
 add up to nothing, so that the 1/r of the mobilities has a sum at every q > 0 and no part at q = 0.
-The number of spheres of the scene matters only through its stiffness rule.
+A uniform force on every sphere adds Σ_m ∂(μ_m·F), which has a sum too; the velocity that it gives
+the chain has one where friction is cut. The number of spheres of the scene matters only through its
+stiffness rule.
 
 Frames. i is the index of a sphere, a material coordinate: a chain that translates at V0 is seen
 from along with it, and in coordinates fixed in space Λ becomes Λ − i q V0. A chain that spins at
@@ -34,10 +36,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nrchain.arguments import finite_array
+from nrchain.arguments import a_scene, finite_array
+from nrchain.endless import has_sum
 from nrchain.errors import SceneError
 from nrchain.lattice_sums import Reach, power_sum
-from nrchain.scene import Scene
+from nrchain.scene import Scene, load_scene
 from nrchain.straight_chain import Complex, StraightChain
 
 Frame = Literal["lab", "spinning"]
@@ -147,9 +150,11 @@ def steady_stress(scene: Scene, spheres: int | None = None) -> NDArray[np.float6
     pre-moment (Eq. 3a_pretorque) is left on right.
 
     ``spheres`` is how many there are on either side, endless when None. A pair at distance m
-    crosses m cuts: all pairs of an endless 2s chain give an infinite force.
+    crosses m cuts: all pairs of an endless 2s chain give an infinite force. Friction between
+    spheres, fields and flows have no part in it. Errors as for :func:`lattice_rates`.
     """
-    chain = StraightChain(scene)
+    alone = {name: None for name in a_scene(scene).further}
+    chain = StraightChain(load_scene(scene, friction="one-body", **alone))
     friction = np.repeat(scene.drag, 3)
     stress = np.zeros(6)
     for power, sides in chain.twists.items():
@@ -177,8 +182,14 @@ def _crossing_pairs(power: int, reach: Reach, spheres: int | None) -> float:
 def _add_spin(chain: StraightChain, operator: Complex, frame: Frame) -> None:
     """Add Ω0 × φ (lab) or −Ω0 × u (spinning axes) to M, in place."""
     spin = chain.twist[3]
+    if spin and chain.turning and chain.fixed:
+        allowed = (
+            "turns what makes the chain anisotropic against what stays as it is in the lab: there"
+            " are no axes with steady coefficients"
+        )
+        raise SceneError("steady rotation", float(spin), allowed)
     if frame == "lab":
-        if spin and not chain.isotropic:
+        if spin and chain.turning:
             allowed = (
                 "an anisotropic chain that spins has steady coefficients only in axes that"
                 " spin with it: pass frame='spinning'"
@@ -187,6 +198,12 @@ def _add_spin(chain: StraightChain, operator: Complex, frame: Frame) -> None:
         operator[..., 4, 5] -= spin
         operator[..., 5, 4] += spin
     elif frame == "spinning":
+        if spin and chain.fixed:
+            allowed = (
+                "a chain that spins past what stays as it is in the lab has steady coefficients"
+                " only there: pass frame='lab'"
+            )
+            raise SceneError("frame", frame, allowed)
         operator[..., 1, 2] += spin
         operator[..., 2, 1] -= spin
     else:
@@ -236,8 +253,10 @@ def _root(chain: StraightChain, phases: np.ndarray) -> Complex:
     except np.linalg.LinAlgError:
         allowed = (
             "cut there, the mobility of spheres this close is not positive definite: name more"
-            " neighbours, or 'all'"
+            " neighbours"
         )
+        if has_sum(chain.scene, "friction.neighbours"):
+            allowed += ", or 'all'"
         reach = chain.scene.friction.neighbours
         raise SceneError("friction.neighbours", reach, allowed) from None
 

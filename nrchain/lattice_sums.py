@@ -30,6 +30,9 @@ TERMS = 60
 MOST_TERMS = 1_000_000
 """Sums over more neighbours than this are not taken term by term."""
 
+STRIDE = 16.0
+"""Pairs are evaluated at d, 16 d, 256 d, …: powers of their distance are then well apart."""
+
 _CHUNK = 1 << 16
 
 
@@ -77,6 +80,19 @@ def power_sum(power: int, reach: Reach = "all") -> float:
     return float(zeta(power)) if power > 1 else math.inf
 
 
+def take_apart(samples: NDArray[np.float64], powers: list[int]) -> dict[int, NDArray[np.float64]]:
+    """The coefficients c_s of Σ_s c_s m^−s, from its values at m = 1, 16, 256, …"""
+    if not powers:
+        return {}
+    count = len(powers)
+    strides = STRIDE ** np.arange(count)
+    scale = strides ** powers[0]
+    vandermonde = strides[:, None] ** (powers[0] - np.array(powers, float))
+    flat = (samples[:count].reshape(count, -1).T * scale).T
+    shares = np.linalg.solve(vandermonde, flat)
+    return {p: c.reshape(samples.shape[1:]) for p, c in zip(powers, shares, strict=True)}
+
+
 def _reduce(phases: ArrayLike) -> NDArray[np.float64]:
     """θ in [−π, π], and 0 exactly for whole turns of small phases."""
     theta = np.asarray(phases, float)
@@ -88,8 +104,8 @@ def _reduce(phases: ArrayLike) -> NDArray[np.float64]:
 def _direct(power: int, theta: NDArray[np.float64], reach: int, term) -> NDArray[np.float64]:
     """Σ_{m ≤ reach} term(mθ)/m^s, smallest terms first."""
     if reach > MOST_TERMS:
-        allowed = f"sums over more than {MOST_TERMS} neighbours are taken without end: name 'all'"
-        raise SceneError("slip.neighbours", reach, allowed)
+        allowed = f"must be at most {MOST_TERMS}: sums over more neighbours are taken without end"
+        raise SceneError("neighbours", reach, allowed)
     total = np.zeros(theta.shape)
     step = max(1, _CHUNK // max(1, theta.size))
     for last in range(reach, 0, -step):

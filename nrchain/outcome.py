@@ -47,8 +47,8 @@ _ADVICE = {
     "weaken the slip",
     Cause.TURN: f"raise elasticity.twist and elasticity.bend, or weaken the slip: {_QUARTER}",
     Cause.CHART: "tighten run.rtol and run.atol, so that a step turns no sphere by half a turn",
-    Cause.FRICTION: "set friction.neighbours to 'all', whose mobility is positive definite "
-    "wherever the spheres are, or to a larger number",
+    Cause.FRICTION: "set friction.neighbours to a larger number, or, unless a net force acts on a "
+    "periodic chain, to 'all', whose mobility is positive definite wherever the spheres are",
     Cause.STEP: "loosen run.rtol and run.atol, lower elasticity.ratio, or see in the last poses "
     "what has become fast",
     Cause.NOT_FINITE: f"weaken the slip or the moduli: {_BEYOND}",

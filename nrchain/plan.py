@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nrchain.chain import closest_pair
+from nrchain.endless import net_forces, takes_all
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics.definiteness import is_cut, least_mobility
 from nrchain.lattice import Branch, lattice_rates, steady_rotation, steady_velocity
@@ -85,7 +86,7 @@ def _judged(part: Callable[[Scene], list[Line]], scene: Scene) -> list[Line]:
         with np.errstate(over="raise", invalid="raise", divide="raise"):
             return part(scene)
     except SceneError as error:
-        return [Line(name, "not judged", f"there is no plane wave to judge by: {error}")]
+        return [Line(name, "not judged", f"plane waves do not tell: {error}")]
     except FloatingPointError as error:
         return [Line(name, "not judged", f"beyond the range of floats: {error}")]
 
@@ -95,7 +96,8 @@ def _mobility_line(scene: Scene, positions: np.ndarray) -> Line:
         "friction",
         f"least mobility {least_mobility(scene, positions):.2g}",
         "of a sphere's own, over all wrenches at the start; as the chain moves it must stay "
-        "positive, which friction.neighbours = 'all' always does",
+        "positive"
+        + (", which friction.neighbours = 'all' always does" if takes_all(scene) else ""),
     )
 
 
@@ -205,12 +207,14 @@ def _reach_lines(scene: Scene) -> list[Line]:
     if friction.kind == "pairwise" and friction.neighbours != "all":
         passive = load_scene(scene, slip=None)
         passive = load_scene(passive, **{f"slip.{label}": None for label in slip.modes})
+        for effect in net_forces(passive):
+            passive = effect.without(passive)
         lines.append(
             Line(
                 "reach of friction",
                 f"{100.0 * _left_out(passive, 'friction.neighbours'):.3g} % left out",
                 f"of the passive decay of the longest bending wave, beyond {friction.neighbours} "
-                "a side; friction.neighbours = 'all' keeps it",
+                "a side" + ("; friction.neighbours = 'all' keeps it" if takes_all(scene) else ""),
             )
         )
     return lines

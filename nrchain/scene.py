@@ -75,7 +75,7 @@ Effects = Literal["named", "auto"]
 
 
 LARGEST_REACH = 100_000
-"""Places along a periodic chain that are summed one by one."""
+"""Places along a periodic chain that are summed one by one: its images have no last one."""
 
 NO_SUM = "a flow that falls off as 1/r has no sum over an endless chain: name a number"
 """Why such a flow is refused with all pairs."""
@@ -157,14 +157,18 @@ class Scene(Section):
 
     @property
     def can_reach_all(self) -> bool:
-        """Whether the slip flows of all pairs have a sum: that of a force has none over images."""
+        """Whether the slip flows of all pairs have a sum, with all images of a periodic chain."""
+        return self.chain.ends != "periodic" or self.slip_has_sum
+
+    @property
+    def slip_has_sum(self) -> bool:
+        """Whether the slip flows have a sum over an endless chain: that of a force has none."""
         flows = (
             slip_modes.find(label).flow()
             for label, slip in self.slip.modes.items()
             if (any(slip.strength) if isinstance(slip.strength, tuple) else slip.strength)
         )
-        endless = self.chain.ends == "periodic"
-        return not (endless and any(power == 1 for flow in flows for _, power in flow))
+        return not any(power == 1 for flow in flows for _, power in flow)
 
     def __getattr__(self, name: str) -> Any:
         """The section that an effect adds to scenes, such as ``scene.steric``."""
@@ -223,16 +227,11 @@ class Scene(Section):
         Forces on a periodic chain that do not add up to nothing drag the fluid along with them.
         """
         from nrchain.effects.registry import acting
+        from nrchain.endless import refuse_net_forces
 
         for effect in acting(self):
             effect.check(self)
-            endless = self.chain.ends == "periodic" and self.friction.kind == "pairwise"
-            if endless and effect.gives == "wrench" and not effect.balanced(self):
-                allowed = (
-                    "has a net force, whose flow over all images of a periodic chain has no sum:"
-                    " choose friction = 'one-body', or free or clamped ends"
-                )
-                raise SceneError(effect.key, effect.detail(self), allowed)
+        refuse_net_forces(self)
 
     def _check_start(self) -> None:
         """Refuse a wave that the lattice of spheres cannot hold, and offsets beyond all meaning."""
@@ -270,11 +269,9 @@ class Scene(Section):
                 raise SceneError(spec.key("backend"), spec.backend, allowed)
             acts = spec is self.slip or self.friction.kind == "pairwise"
             if acts and spec.neighbours != "all" and spec.neighbours > LARGEST_REACH:
-                allowed = (
-                    f"must be at most {LARGEST_REACH} on a periodic chain, whose images have no"
-                    " last one; 'all' sums them without end"
-                )
-                raise SceneError(spec.key("neighbours"), spec.neighbours, allowed)
+                from nrchain.endless import refuse_reach
+
+                refuse_reach(self, spec.key("neighbours"), spec.neighbours, LARGEST_REACH)
         if self.slip.neighbours == "all" and not self.can_reach_all:
             raise SceneError("slip.neighbours", self.slip.neighbours, NO_SUM)
 

@@ -100,6 +100,7 @@ def _refuse_turns(scene: Scene, frames: np.ndarray, shape: str) -> None:
 
 def _refuse_indefinite(scene: Scene, positions: np.ndarray) -> None:
     """Refuse a cut of the friction between spheres that lets a passive chain gain energy."""
+    from nrchain.endless import takes_all
     from nrchain.hydrodynamics.definiteness import DEFINITE, is_cut, least_mobility
 
     if not is_cut(scene):
@@ -110,10 +111,13 @@ def _refuse_indefinite(scene: Scene, positions: np.ndarray) -> None:
     cut = int(scene.friction.neighbours)
     more = range(cut + 1, min(cut + MORE_NEIGHBOURS, scene.chain.particles - 2) + 1)
     holds = next((k for k in more if least_mobility(scene, positions, k) >= DEFINITE), None)
+    choices = [f"{holds}, which holds here"] if holds else []
+    if takes_all(scene):
+        choices.insert(0, "'all'")
     raise SceneError(
         "friction.neighbours",
         cut,
         f"cut there, the mobility of this start is not positive definite: its least eigenvalue is "
         f"{least:.2g} of that of a sphere by itself, and even a passive chain would gain energy; "
-        "must be 'all'" + (f", or {holds}, which holds here" if holds else ""),
+        + (f"must be {', or '.join(choices)}" if choices else "choose friction = 'one-body'"),
     )

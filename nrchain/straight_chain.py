@@ -19,9 +19,19 @@ from nrchain.arguments import a_scene
 from nrchain.effects.base import Effect
 from nrchain.effects.cosserat import REACH, TERMS, Elasticity, terms_of
 from nrchain.effects.registry import acting
+from nrchain.endless import refuse_reach
 from nrchain.errors import SceneError
-from nrchain.hydrodynamics.friction import PairFriction
-from nrchain.lattice_sums import Reach, cosine_defect, cosine_sum, power_sum, sine_sum
+from nrchain.lattice_sums import (
+    MOST_TERMS,
+    STRIDE,
+    Reach,
+    cosine_defect,
+    cosine_sum,
+    power_sum,
+    sine_sum,
+    take_apart,
+)
+from nrchain.line_mobility import LineMobility, Sides
 from nrchain.model import Model
 from nrchain.scene import NO_SUM, ChainSpec, ElasticitySpec, RunSpec, Scene, Slip, SlipSpec
 
@@ -32,53 +42,54 @@ _NO_ELASTICITY = ElasticitySpec(stretch=0.0, shear=0.0, twist=0.0, bend=0.0)
 _QUARTER = np.kron(np.eye(2), [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """A quarter turn about the chain, of (u, φ)."""
 
-_MOBILITY_POWERS = (
-    (slice(0, 3), slice(0, 3), (1, 3)),
-    (slice(0, 3), slice(3, 6), (2,)),
-    (slice(3, 6), slice(0, 3), (2,)),
-    (slice(3, 6), slice(3, 6), (3,)),
-)
-"""Rows, columns and the powers of a/r in them, for spheres that do not overlap."""
-
-_STRIDE = 16.0
-"""Pairs are evaluated at d, 16 d, 256 d, …: powers of their distance are then well apart."""
-
 
 class StraightChain:
     """The infinite straight chain of a scene: pair twists and blocks as powers of the distance.
 
     ``twists[s]`` (2, 6) and ``blocks[s]`` (2, 6, 6) are the coefficients of 1/m^s in the twist,
     and in its derivative, that the slip of the sphere m places to the right (row 0) or left (row 1)
-    gives; ``mobilities[s]`` (2, 6, 6), those in the twist that a wrench on it gives, none with
-    one-body friction; ``own`` (6, 6) is the derivative of what uniform fields do to each sphere.
-    No other wrench acts on a sphere of the straight chain, so that a change of the mobility moves
-    none.
+    gives. ``between`` holds the mobilities of friction between spheres, None with one-body
+    friction, and ``dragged[s]`` the coefficients in the derivative of the twist that the uniform
+    wrench on each sphere gives the others through them. ``own`` and ``own_wrench`` (6, 6) are the
+    derivatives of what uniform effects do to each sphere. No other wrench acts on a sphere of the
+    straight chain, so that a change of the mobility moves none.
+
+    ``turning`` and ``fixed`` say what makes the chain anisotropic: axes and forces that turn with
+    the spheres, and what stays in the lab.
     """
 
     def __init__(self, scene: Scene) -> None:
         self.scene = a_scene(scene)
         self.reach: Reach = scene.slip.neighbours
-        self.twists: dict[int, np.ndarray] = {}
-        self.blocks: dict[int, np.ndarray] = {}
+        self.twists: Sides = {}
+        self.blocks: Sides = {}
+        self.dragged: Sides = {}
         self.twist = np.zeros(6)
-        self.isotropic = True
+        self.turning = self.fixed = False
         self.friction = np.repeat(scene.drag, 3)
+        self.between: LineMobility | None = None
+        if scene.friction.kind == "pairwise":
+            refuse_reach(scene, "friction.neighbours", scene.friction.neighbours, MOST_TERMS)
+            self.between = LineMobility(scene.chain, scene.friction.neighbours)
+        refuse_reach(scene, "slip.neighbours", self.reach, MOST_TERMS)
         for label, slip in scene.slip.modes.items():
             strengths = np.unique(np.atleast_1d(slip.strength))
             if len(strengths) > 1:
                 allowed = "must be one number for all spheres: a plane wave needs a uniform chain"
                 raise SceneError(SlipSpec.key(label), slip.strength, allowed)
             if strengths[0] != 0.0:
-                self.isotropic &= slip.axis[1] == slip.axis[2] == 0.0
+                self.turning |= not slip.axis[1] == slip.axis[2] == 0.0
                 self._add_mode(label, float(strengths[0]), slip.axis)
-        self.own = np.zeros((6, 6))
+        self.own, self.own_wrench = np.zeros((2, 6, 6))
         self._check_steady()
         for effect in acting(scene):
             if not effect.fused:
                 self._add_effect(effect)
-        self.mobilities: dict[int, np.ndarray] = {}
-        if scene.friction.kind == "pairwise":
-            self._add_mobilities()
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether a turn about the chain changes nothing."""
+        return not (self.turning or self.fixed)
 
     def _add_mode(self, label: str, strength: float, axis) -> None:
         """Evaluate the pairs of a mode at several distances, and take their powers apart."""
@@ -90,7 +101,7 @@ class StraightChain:
         twists, blocks = np.empty((samples, 2, 6)), np.empty((samples, 2, 3, 6, 6))
         for n in range(samples):
             pair = _straight_pair(
-                replace(self.scene.chain, particles=2, spacing=spacing * _STRIDE**n, ends="free"),
+                replace(self.scene.chain, particles=2, spacing=spacing * STRIDE**n, ends="free"),
                 slip=SlipSpec(modes={label: Slip(strength, axis)}, finite_size=finite_size),
             )
             twists[n], blocks[n] = _twists_and_blocks(pair)
@@ -98,38 +109,39 @@ class StraightChain:
         for rows, powers in ((slice(0, 3), flow), (slice(3, 6), spin)):
             for columns, shift in ((slice(0, 3), 1), (slice(3, 6), 0)):
                 part = across[:, :, rows, columns]
-                for power, share in _take_apart(part, [k + shift for k in powers]).items():
+                for power, share in take_apart(part, [k + shift for k in powers]).items():
                     sides = self.blocks.setdefault(power, np.zeros((2, 6, 6)))
                     sides[:, rows, columns] += share
-            for power, share in _take_apart(twists[:, :, rows], powers).items():
+            for power, share in take_apart(twists[:, :, rows], powers).items():
                 self.twists.setdefault(power, np.zeros((2, 6)))[:, rows] += share
 
     def _add_effect(self, effect: type[Effect]) -> None:
-        """Add what every sphere feels by its own pose, all alike, to the motion and to ``own``."""
+        """Add what every sphere feels by its own pose, all alike, to the motion and its derivative.
+
+        What depends on the place of a sphere is taken for fixed in the lab, and what depends on
+        its turns for turning with it.
+        """
         given, own = effect.straight(self.scene)
-        if effect.gives == "wrench":
-            given, own = given / self.friction, own / self.friction[:, None]
         if np.any(given[4:]):
             allowed = (
                 "turns every sphere of the straight chain across it: it does not stay straight"
             )
             raise SceneError(effect.key, effect.detail(self.scene), allowed)
-        self.twist += given
-        self.own += own
-        self.isotropic &= bool(np.allclose(_QUARTER @ own @ _QUARTER.T, own, rtol=1e-14, atol=0.0))
-
-    def _add_mobilities(self) -> None:
-        """Evaluate the mobility of two spheres at two distances, and take its powers apart."""
-        chain, samples = self.scene.chain, np.empty((2, 2, 6, 6))
-        for n, pair in enumerate(samples):
-            positions = np.zeros((2, 3))
-            positions[1, 0] = chain.spacing * _STRIDE**n
-            matrix = PairFriction(2, 1, chain.radius, chain.viscosity).matrix(positions)
-            pair[0], pair[1] = matrix[:6, 6:], matrix[6:, :6]
-        for rows, columns, powers in _MOBILITY_POWERS:
-            for power, share in _take_apart(samples[:, :, rows, columns], list(powers)).items():
-                sides = self.mobilities.setdefault(power, np.zeros((2, 6, 6)))
-                sides[:, rows, columns] += share
+        self.fixed |= _is_anisotropic(own[:, :3])
+        self.turning |= _is_anisotropic(own[:, 3:])
+        if effect.gives == "twist":
+            self.twist += given
+            self.own += own
+            return
+        self.twist += given / self.friction
+        self.own_wrench += own
+        if self.between is not None and given.any():
+            self.twist += self.between.twist(given)
+            for power, sides in self.between.blocks(given).items():
+                self.dragged[power] = self.dragged.get(power, 0.0) + sides
+            # a force across the chain, less the part that turns with the spheres
+            turned = own[:3, 3]
+            self.fixed |= bool(given[1] != turned[2] or given[2] != -turned[1])
 
     def _check_steady(self) -> None:
         """Find V0 and Ω0, and refuse a straight chain that does not stay one."""
@@ -156,39 +168,35 @@ class StraightChain:
     def mobility(self, phases: np.ndarray) -> Complex:
         """μ(q) (..., 6, 6) in (u̇, φ̇) = μ (F, T), Hermitian; (6, 6) with one-body friction."""
         operator = np.diag(1.0 / self.friction).astype(complex)
-        if not self.mobilities:
-            return operator
-        reach = self.scene.friction.neighbours
-        operator = np.broadcast_to(operator, (*phases.shape, 6, 6)).copy()
-        for power, (right, left) in self.mobilities.items():
-            cosine = cosine_sum(power, phases, reach)[..., None, None]
-            # endless at q = 0, where the forces on a chain add up to nothing
-            cosine = np.where(np.isinf(cosine), 0.0, cosine)
-            sine = sine_sum(power, phases, reach)[..., None, None]
-            operator += (right + left) * cosine + 1j * (right - left) * sine
-        return operator
+        return operator if self.between is None else operator + self.between.waves(phases)
 
     def soft_operator(self, phases: np.ndarray) -> Complex:
         """M in the lab without its stretch and shear, and with no Ω0 × φ yet."""
         moduli = self.scene.moduli
-        operator = self.mobility(phases) @ self.elastic(
-            phases, (0.0, 0.0, moduli.twist, moduli.bend)
-        )
-        operator = operator + self.own
-        for power, (right, left) in self.blocks.items():
+        bend = self.elastic(phases, (0.0, 0.0, moduli.twist, moduli.bend))
+        operator = self.mobility(phases) @ (bend + self.own_wrench) + self.own
+        self._add_waves(operator, self.blocks, phases, self.reach)
+        if self.between is not None:
+            self._add_waves(operator, self.dragged, phases, self.between.reach)
+        return operator
+
+    def _add_waves(
+        self, operator: Complex, blocks: Sides, phases: np.ndarray, reach: Reach
+    ) -> None:
+        """operator += Σ_m B_m (e^{imθ} − 1) of displacements, Σ_m B_m e^{imθ} of rotations."""
+        for power, (right, left) in blocks.items():
             even, odd = right + left, right - left
             even[np.abs(even) < 1e-14 * np.abs(odd)] = 0.0
-            sine = sine_sum(power, phases, self.reach)[..., None, None]
+            sine = sine_sum(power, phases, reach)[..., None, None]
             operator += 1j * odd * sine
             if even[:, :3].any():
-                defect = cosine_defect(power, phases, self.reach)[..., None, None]
+                defect = cosine_defect(power, phases, reach)[..., None, None]
                 operator[..., :3] -= even[:, :3] * defect
             if even[:, 3:].any():
-                cosine = cosine_sum(power, phases, self.reach)[..., None, None]
+                cosine = cosine_sum(power, phases, reach)[..., None, None]
                 if not np.isfinite(cosine).all():
                     self._refuse_sum()
                 operator[..., 3:] += even[:, 3:] * cosine
-        return operator
 
     def elastic(self, phases: np.ndarray, moduli: tuple[float, float, float, float]) -> Complex:
         """K(q) (..., 6, 6): the wrenches (F, T) = K (u, φ) that these moduli give."""
@@ -214,6 +222,12 @@ class StraightChain:
         return operator
 
 
+def _is_anisotropic(half: np.ndarray) -> bool:
+    """Whether a quarter turn about the chain changes the columns (6, 3) of u, or of φ."""
+    turned = _QUARTER @ half @ _QUARTER[:3, :3].T
+    return not np.allclose(turned, half, rtol=1e-14, atol=0.0)
+
+
 def _straight_pair(chain: ChainSpec, slip: SlipSpec) -> Scene:
     return Scene(chain=chain, elasticity=_NO_ELASTICITY, slip=slip, run=RunSpec(end=1.0))
 
@@ -231,16 +245,3 @@ def _twists_and_blocks(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     blocks = np.empty((model.count, 2 * model.reach + 1, 6, 6))
     model.linearise(positions, frames, blocks)
     return model.twists(positions, frames), blocks
-
-
-def _take_apart(samples: np.ndarray, powers: list[int]) -> dict[int, np.ndarray]:
-    """The coefficients c_s of Σ_s c_s m^−s, from its values at m = 1, 16, 256, …"""
-    if not powers:
-        return {}
-    count = len(powers)
-    strides = _STRIDE ** np.arange(count)
-    scale = strides ** powers[0]
-    vandermonde = strides[:, None] ** (powers[0] - np.array(powers, float))
-    flat = (samples[:count].reshape(count, -1).T * scale).T
-    shares = np.linalg.solve(vandermonde, flat)
-    return {p: c.reshape(samples.shape[1:]) for p, c in zip(powers, shares, strict=True)}

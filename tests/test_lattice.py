@@ -90,6 +90,126 @@ def test_operator_is_the_derivative_of_the_periodic_chain(neighbours, friction):
         np.testing.assert_allclose(operator, expected, atol=1e-9 * np.abs(expected).max())
 
 
+FORCES = {
+    "along": {"force": [3.0, 0, 0], "torque": [5.0, 0, 0], "body_force": [-40.0, 0, 0]},
+    "across": {"force": [30.0, -20.0, 50.0], "torque": [-40.0, 0, 0]},
+    "with the spheres": {"body_force": [20.0, 60.0, -30.0], "body_torque": [50.0, 0, 0]},
+}
+
+
+@pytest.mark.parametrize("neighbours", [1, 3, 14])
+@pytest.mark.parametrize("field", FORCES)
+def test_uniform_forces_through_the_fluid_have_plane_waves(field, neighbours):
+    """Against differences of the simulated chain, and V0 and Ω0 with them."""
+    chain = scene(
+        {"2s": 30.0, "3t": 500.0},
+        **{"chain__ends": "periodic", "chain__radius": 0.7, "chain__viscosity": 2.3},
+        **pairwise(neighbours),
+        field=FORCES[field],
+    )
+    straight = twists_at(Model(chain), 4.0, np.zeros((10, 6)))[0]
+    np.testing.assert_allclose(steady_velocity(chain), straight[:3], rtol=1e-12, atol=1e-14)
+    np.testing.assert_allclose(steady_rotation(chain), straight[3:], rtol=1e-12, atol=1e-14)
+    turns_with_it = field == "with the spheres"
+    for n in (1, 4):
+        phase = 2 * math.pi * n / 10
+        expected = measured_operator(chain, phase)
+        if turns_with_it:
+            # seen along axes that spin with it, from the same derivative
+            spin = straight[3]
+            expected[4, 5] += spin
+            expected[5, 4] -= spin
+            expected[1, 2] += spin
+            expected[2, 1] -= spin
+        frame = "spinning" if turns_with_it else "lab"
+        operator = lattice_operator(chain, phase / 4.0, frame=frame)
+        np.testing.assert_allclose(operator, expected, atol=1e-9 * np.abs(expected).max())
+        rates = lattice_rates(chain, phase / 4.0, frame=frame)
+        eigenvalues = np.linalg.eigvals(operator)
+        for value in rates:
+            assert np.abs(eigenvalues - value).min() < 1e-9 * np.abs(eigenvalues).max()
+    if field != "along":
+        with pytest.raises(SceneError, match="pass frame="):
+            lattice_rates(chain, 0.1, frame="lab" if turns_with_it else "spinning")
+
+
+def test_a_chain_that_turns_past_a_force_of_the_lab_has_no_axes_of_its_own():
+    field = {"force": [0, 3.0, 0], "body_force": [0, 20.0, 0], "torque": [9.0, 0, 0]}
+    both = scene({}, field=field, **pairwise(2))
+    for frame in ("lab", "spinning"):
+        with pytest.raises(SceneError, match="no axes with steady coefficients"):
+            lattice_rates(both, 0.1, frame=frame)
+    # what one of them asks for is enough without the other
+    for less, frame in (({"force": [0, 0, 0]}, "spinning"), ({"body_force": [0, 0, 0]}, "lab")):
+        assert np.isfinite(
+            lattice_rates(scene({}, field=field | less, **pairwise(2)), 0.1, frame=frame)
+        ).all()
+
+
+@pytest.mark.parametrize(
+    "gradient",
+    [
+        [[0, 0, 0], [0, 0, 0.7], [0, 0, 0]],
+        [[0, 0, 0], [0, 0.4, 0.3], [0, 0.3, -0.4]],
+        [[0, 0, 0], [0, 0, -0.6], [0, 0.6, 0]],
+    ],
+)
+@pytest.mark.parametrize("friction", [{}, pairwise(3)])
+def test_a_flow_across_the_chain_has_plane_waves(gradient, friction):
+    flow = {"gradient": gradient, "disturbance": False}
+    chain = scene({"2s": 30.0}, chain__ends="periodic", flow=flow, **friction)
+    straight = twists_at(Model(chain), 4.0, np.zeros((10, 6)))[0]
+    np.testing.assert_allclose(steady_rotation(chain), straight[3:], rtol=1e-12, atol=1e-14)
+    for n in (1, 4):
+        phase = 2 * math.pi * n / 10
+        expected = measured_operator(chain, phase)
+        operator = lattice_operator(chain, phase / 4.0)
+        np.testing.assert_allclose(operator, expected, atol=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize(
+    ("flow", "reason"),
+    [
+        ({"gradient": [[0.2, 0, 0], [0, -0.1, 0], [0, 0, -0.1]]}, "stretches a straight chain"),
+        ({"gradient": [[0, 0.5, 0], [0, 0, 0], [0, 0, 0]]}, "across it"),
+        ({"gradient": [[0, 0, 0], [0, 0, 0.7], [0, 0, 0]]}, "flow.disturbance = false"),
+    ],
+)
+def test_a_flow_that_the_lattice_does_not_hold_is_refused_for_what_it_does(flow, reason):
+    with pytest.raises(SceneError, match=reason):
+        lattice_rates(scene({}, flow={"disturbance": reason.endswith("false")} | flow), 0.1)
+
+
+def test_stress_is_that_of_slip_whatever_else_acts():
+    expected = steady_stress(scene(), spheres=5)
+    for changes in (
+        {"flow": {"gradient": [[0.2, 0, 0], [0, -0.1, 0], [0, 0, -0.1]]}},
+        {"field": {"force": [1.0, 2.0, 0], "torque": [0, 1.0, 0]}} | pairwise("all"),
+    ):
+        np.testing.assert_array_equal(steady_stress(scene(**changes), spheres=5), expected)
+
+
+@pytest.mark.parametrize(
+    ("changes", "key", "offers_all"),
+    [
+        ({"slip__neighbours": 1_000_001}, "slip.neighbours", True),
+        (pairwise(1_000_001), "friction.neighbours", True),
+        (pairwise(1_000_001) | {"field": {"force": [0, 0, 1.0]}}, "friction.neighbours", False),
+    ],
+)
+def test_a_reach_too_long_to_be_summed_names_its_key(changes, key, offers_all):
+    with pytest.raises(SceneError, match="at most 1000000") as caught:
+        lattice_rates(scene(**changes), 0.1)
+    assert caught.value.key == key
+    assert ("'all'" in caught.value.allowed) is offers_all
+    if offers_all:
+        last = key.replace(".", "__")
+        assert np.isfinite(lattice_rates(scene(**(changes | {last: "all"})), 0.1)).all()
+    else:
+        with pytest.raises(SceneError, match="no limit: name a number"):
+            lattice_rates(scene(**(changes | pairwise("all"))), 0.1)
+
+
 def test_rates_are_the_eigenvalues_of_a_whole_periodic_chain():
     """All 6N eigenvalues of the differenced Jacobian of a chain are the rates of its waves."""
     chain = scene(slip__neighbours=3, chain__ends="periodic", chain__particles=8)

@@ -127,6 +127,11 @@ class Effect:
         return False
 
     @classmethod
+    def states_balance(cls) -> bool:
+        """Whether the class says itself what :meth:`balanced` is."""
+        return vars(Effect)["balanced"].__func__ is not getattr(cls.balanced, "__func__", None)
+
+    @classmethod
     def detail(cls, scene: Scene) -> str:
         """How it acts in a scene, in a few words."""
         section = cls.section(scene)
@@ -158,9 +163,13 @@ class Effect:
         """What it does to a sphere of the infinite straight chain: (6,), and (6, 6) with its pose.
 
         A wrench, or a twist, and its derivative with (u, φ), when every sphere feels the same, by
-        its own pose alone. Refused where there are no plane waves.
+        its own pose alone. Refused where no straight chain stays as it is, and by a class that
+        does not say.
         """
-        allowed = "leaves the infinite straight chain no plane waves: take it out of the scene"
+        allowed = (
+            f"has no part in the laws of the endless straight chain ({cls.__name__}.straight does"
+            " not say what it does there): take it out of the scene"
+        )
         raise SceneError(cls.key, cls.detail(scene), allowed)
 
     def add_wrenches(self, positions: np.ndarray, frames: np.ndarray, wrenches: np.ndarray) -> None:

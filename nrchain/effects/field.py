@@ -14,7 +14,6 @@ import numpy as np
 from nrchain._compile import kernel
 from nrchain.effects.base import OneBodyEffect, cross_matrix
 from nrchain.effects.registry import register_effect
-from nrchain.errors import SceneError
 from nrchain.scene import Scene
 from nrchain.scene_rules import Section, vector
 
@@ -91,9 +90,6 @@ class Field(OneBodyEffect):
     @classmethod
     def straight(cls, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
         """The wrench on a sphere with its frame along the lab, and how it turns with it."""
-        if scene.friction.kind == "pairwise":
-            allowed = "leaves no plane waves with friction between spheres; take one of them out"
-            raise SceneError(cls.key, cls.detail(scene), allowed)
         field, wrench, frames = cls(scene), np.zeros((1, 6)), np.eye(3)[None]
         field.add_wrenches(np.zeros((1, 3)), frames, wrench)
         return wrench[0], field.derivative(np.zeros((1, 3)), frames)[0]

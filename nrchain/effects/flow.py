@@ -85,6 +85,23 @@ class Flow(OneBodyEffect):
         """|G| over half the chain."""
         return float(np.linalg.norm(cls.section(scene).matrix, 2)) * 0.5 * scene.length
 
+    @classmethod
+    def straight(cls, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+        """The twist of a sphere on the x axis, and G as its derivative with u.
+
+        Refused for a flow that changes along x: a chain along x does not stay as it is.
+        """
+        flow, twist, own = cls(scene), np.zeros((1, 6)), np.zeros((6, 6))
+        if flow._gradient[:, 0].any():
+            allowed = (
+                "changes along x (its first column): it stretches a straight chain along x, or"
+                " turns it away from x"
+            )
+            raise SceneError(cls.key, cls.section(scene).gradient, allowed)
+        flow.add_twists(np.zeros((1, 3)), np.eye(3)[None], twist)
+        own[:3, :3] = flow._gradient
+        return twist[0], own
+
     def add_twists(self, positions: np.ndarray, frames: np.ndarray, twists: np.ndarray) -> None:
         twists[:, :3] += positions @ self._gradient.T
         twists[:, 3:] += self._spin

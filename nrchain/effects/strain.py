@@ -20,6 +20,7 @@ from nrchain.effects.base import Cost, Effect
 from nrchain.effects.flow import Flow
 from nrchain.effects.registry import register_effect
 from nrchain.effects.slip import pairs_within, reach_text
+from nrchain.errors import SceneError
 from nrchain.hydrodynamics.images import Layout
 from nrchain.hydrodynamics.pairs import NEAR, PARALLEL_PAIRS, compile_sum
 from nrchain.scene import Scene, load_scene
@@ -182,6 +183,15 @@ class Strain(Effect):
         gradient, d = Flow.section(scene).matrix, scene.chain.spacing
         strain = 0.5 * float(np.linalg.norm(gradient + gradient.T, 2))
         return 2.5 * (scene.chain.radius / d) ** 3 * strain * d
+
+    @classmethod
+    def straight(cls, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+        """Refused: the lattice operator has no part for it."""
+        allowed = (
+            "has no part in the laws of the endless straight chain: flow.disturbance = false leaves"
+            " it out"
+        )
+        raise SceneError(cls.key, True, allowed)
 
     def _points(self, positions: np.ndarray) -> np.ndarray:
         points = positions[self._layout.spheres]

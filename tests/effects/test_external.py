@@ -145,11 +145,6 @@ def test_bases_fall_with_the_chain_through_the_fluid():
     ("changes", "key"),
     [
         ({"flow.gradient": EXTENSION, "chain.ends": "periodic"}, "flow.gradient"),
-        ({"field.force": [1, 0, 0], "chain.ends": "periodic", "friction": "pairwise"}, "field"),
-        (
-            {"field.body_force": [1, 0, 0], "chain.ends": "periodic", "friction": "pairwise"},
-            "field",
-        ),
     ],
 )
 def test_what_has_no_meaning_is_refused(changes, key):
@@ -173,7 +168,7 @@ def test_what_has_a_meaning_runs(changes):
 
 
 def test_plane_waves_know_of_uniform_fields():
-    """Lattice rates against a difference of twists, and V₀ and Ω₀; a flow has no plane waves."""
+    """Lattice rates against a difference of twists, and V₀ and Ω₀."""
     field = {"force": [3.0, 0, 1.0], "torque": [2.0, 0, 0], "body_force": [5.0, 0, 0]}
     elasticity = {"stretch": 2.0, "shear": 3.0, "twist": 40.0, "bend": 40.0}
     count = 12
@@ -196,9 +191,5 @@ def test_plane_waves_know_of_uniform_fields():
     rates = nrchain.lattice_rates(scene, q)
     eigenvalues = np.linalg.eigvals(operator)
     assert np.sort_complex(rates) == pytest.approx(np.sort_complex(eigenvalues), abs=1e-9)
-    with pytest.raises(SceneError, match=r"flow\.gradient .* no plane waves"):
-        nrchain.lattice_rates(make(**{"flow.gradient": SHEAR}), q)
     with pytest.raises(SceneError, match="across"):
         nrchain.lattice_rates(make(**{"field.torque": [0, 1.0, 0]}), q)
-    with pytest.raises(SceneError, match="plane waves"):
-        nrchain.lattice_rates(make(**{"field.force": [0, 1.0, 0], "friction": "pairwise"}), q)

@@ -234,11 +234,13 @@ def test_keys_of_an_effect_of_ones_own_are_checked(spring):
         make({"spring.stiffness": -1})
     with pytest.raises(SceneError, match=r"spring\.stifness .* did you mean 'stiffness'"):
         make({"spring.stifness": 1})
-    with pytest.raises(SceneError, match="net force"):
-        make(spring.example, **{"chain.ends": "periodic", "friction": "pairwise"})
+    endless = {"chain.ends": "periodic", "friction": "pairwise"}
+    with pytest.raises(SceneError, match=r"may have a net force.* let Spring\.balanced say so"):
+        make(spring.example, **endless)
+    assert make(spring.example, **endless, **{"friction.neighbours": 2}).spring.stiffness
     assert make({"spring.anchor": [1, 0, 0]}).spring.anchor == (1.0, 0.0, 0.0)
     assert make().spring == SpringSpec()
-    with pytest.raises(SceneError, match="no plane waves"):
+    with pytest.raises(SceneError, match=r"Spring\.straight does not say"):
         nrchain.lattice_rates(make(spring.example), [0.1])
 
 
