@@ -163,7 +163,10 @@ def _read_chain(positions, frames, spacing, stretch, shear, twist, bend, ends, m
     named = {"stretch": stretch, "shear": shear, "twist": twist, "bend": bend}
     moduli = [number(least=0)(name, value) for name, value in named.items()]
     from nrchain.effects.cosserat import Elasticity, terms_of
+    from nrchain.unwrapping import unwrapped
 
+    if ends == "periodic" and any(moduli[:2]):
+        r = unwrapped(r, d)
     period, isotropic = len(r) * d if ends == "periodic" else 0.0, measure == "isotropic"
     return r, e, Elasticity(d, period, tuple(moduli), isotropic, terms_of(moduli))
 
@@ -193,6 +196,8 @@ def elastic_wrenches(
     ends
         ``"periodic"`` closes the chain along x with period N d; ``"free"`` and ``"clamped"``
         chains have the same forces (a clamp holds poses, it does not change the energy).
+        Positions of a periodic chain may be wrapped: each link takes the image that is nearest to
+        its rest length along x (:func:`nrchain.unwrapping.unwrapped`).
     measure
         Of twist and bend: the paper's, or the transversely isotropic one with the same linear
         response (see :mod:`nrchain.effects.cosserat`).
@@ -206,8 +211,9 @@ def elastic_wrenches(
     Raises
     ------
     SceneError
-        For input of the wrong shape, numbers that are not finite or out of bounds, and where what
-        is computed leaves the range of floats.
+        For input of the wrong shape, numbers that are not finite or out of bounds, wrapped
+        positions of which the image is not clear, and where what is computed leaves the range of
+        floats.
     """
     r, e, elasticity = _read_chain(
         positions, frames, spacing, stretch, shear, twist, bend, ends, measure

@@ -21,6 +21,7 @@ from nrchain.effects.friction import FrictionBetweenSpheres
 from nrchain.model import Model
 from nrchain.scene import Scene
 from nrchain.trajectory import Trajectory
+from nrchain.unwrapping import unwrapped_chain
 
 SUPPORT = "support"
 
@@ -62,7 +63,7 @@ class Decomposition:
     """Takes the motion of a scene apart, at any poses: see :func:`contributions`."""
 
     def __init__(self, scene: Scene) -> None:
-        self._model = Model(scene)
+        self._scene, self._model = scene, Model(scene)
         self._radius = scene.chain.radius
         self._drag = np.repeat(scene.drag, 3)
         self._parts: list[Effect] = [
@@ -71,6 +72,7 @@ class Decomposition:
 
     def at(self, positions: np.ndarray, frames: np.ndarray) -> Contributions:
         """The contributions at positions (N, 3) and frames (N, 3, 3)."""
+        positions = unwrapped_chain(self._scene, positions)
         model, found = self._model, {}
         nothing = np.zeros((model.count, 6))
         applied = nothing.copy()
@@ -110,14 +112,16 @@ def contributions(scene: Scene, positions: Any, frames: Any) -> Contributions:
     scene
         Which effects there are.
     positions, frames
-        (N, 3) and (N, 3, 3); ``frames[i, k]`` is e_{k+1} of sphere i in lab components.
+        (N, 3) and (N, 3, 3); ``frames[i, k]`` is e_{k+1} of sphere i in lab components. Positions
+        of a periodic chain may be wrapped (:func:`nrchain.unwrapping.unwrapped`).
 
     Returns
     -------
     Contributions
         ``found["slip 2s"].twist``, ``found["bend"].wrench``, … and ``found.total``.
 
-    Raises :class:`~nrchain.errors.SceneError` for poses of another shape or that are no poses.
+    Raises :class:`~nrchain.errors.SceneError` for poses of another shape or that are no poses, and
+    for wrapped positions of which the image is not clear.
     """
     count = a_scene(scene).chain.particles
     poses = finite_array("positions", positions, (count, 3)), rotations(frames, count)

@@ -13,6 +13,7 @@ from nrchain.effects.registry import acting, effects
 from nrchain.errors import SceneError
 from nrchain.guard import Poses
 from nrchain.scene import Scene, load_scene
+from nrchain.unwrapping import unwrapped_chain
 
 STEP = 1e-5
 """Of the differences, in radii and radians."""
@@ -47,6 +48,7 @@ def check_effect(
         its ``example``.
     positions, frames
         (N, 3) and (N, 3, 3): poses to check it at in place of random ones about the scene's chain.
+        Positions of a periodic chain may be wrapped (:func:`nrchain.unwrapping.unwrapped`).
 
     Returns
     -------
@@ -87,6 +89,7 @@ def _scene(effect: type[Effect], given: Scene | Mapping[str, Any] | None) -> Sce
 
 def _given(scene: Scene, positions: Any, frames: Any) -> Poses:
     points = finite_array("positions", positions, (scene.chain.particles, 3))
+    points = unwrapped_chain(scene, points)
     return points, rotations(frames, len(points))
 
 
@@ -217,7 +220,9 @@ class _Check:
             return {}
         from scipy.spatial.transform import Rotation
 
-        turn = Rotation.from_rotvec([0.3, -0.7, 0.5]).as_matrix()
+        # a chain that repeats along x can only be turned about that
+        axis = [0.9, 0.0, 0.0] if self.scene.chain.ends == "periodic" else [0.3, -0.7, 0.5]
+        turn = Rotation.from_rotvec(axis).as_matrix()
         shift = self.scene.chain.spacing * np.array([4.0, -2.0, 8.0])
         positions, frames = self.poses
         here = self.result(self.poses)

@@ -115,7 +115,8 @@ def estimate_effects(
     Parameters
     ----------
     poses
-        Positions (N, 3) and frames (N, 3, 3) to start from in place of the scene's.
+        Positions (N, 3) and frames (N, 3, 3) to start from in place of the scene's, as for
+        :func:`nrchain.simulate`.
     budget
         Nominal seconds (:mod:`nrchain.nominal_cost`) of the probe: a count, so that the same scene
         gives the same estimates on every machine.

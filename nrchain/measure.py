@@ -10,25 +10,55 @@ Kinds of waves:
     "x"      x − s  = Re A exp(iqs): longitudinal waves
 
 "right" and "left" are the hands + and − of :class:`nrchain.lattice.Branch`.
+
+Positions of an elastic periodic chain may be wrapped: each link takes the image that is nearest to
+its rest length (:func:`nrchain.unwrapping.unwrapped`), and where that is not clear a measurement is
+refused.
 """
 
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nrchain.errors import NrchainError, shorten
+from nrchain.errors import shorten
+from nrchain.handedness import Handedness, handedness
+from nrchain.measured_chain import (
+    NOISE,
+    Array,
+    MeasurementError,
+    a_trajectory,
+    links_of,
+    positions_of,
+    real_number,
+)
 from nrchain.trajectory import Trajectory
+from nrchain.unwrapping import has_images, is_wrapped
 from nrchain.wording import span
 
 Kind = Literal["right", "left", "y", "z", "x"]
 Quantity = Literal["displacement", "tilt", "shear"]
-Array = NDArray[np.floating]
+
+__all__ = [
+    "Estimate",
+    "Handedness",
+    "MeasurementError",
+    "Rate",
+    "ShapeFit",
+    "Wave",
+    "fit_shape",
+    "handedness",
+    "rate",
+    "spin",
+    "straightness",
+    "translation",
+    "turned_angle",
+    "wave",
+]
 
 FEWEST = 4
 """Snapshots that a fit of a line needs for its error to mean anything."""
@@ -36,18 +66,11 @@ FEWEST = 4
 LARGEST_MISFIT = 0.3
 """What a wave may leave over of an open chain, relative to itself, for its rate to be believed."""
 
-NOISE = 3.0
-"""Tolerances of a run by which its steps leave an amplitude off: measured on decaying waves."""
-
 CLEAR = 30.0
 """What an amplitude must be over that for its logarithm to be fitted."""
 
 CANDIDATES = 17
 """Ends of the transient that are tried, from the first snapshot to the middle one."""
-
-
-class MeasurementError(NrchainError, ValueError):
-    """A trajectory that does not hold what is asked of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,8 +186,8 @@ def wave(
 
     Raises :class:`MeasurementError` for a wave too short for the lattice, |q| d > π.
     """
-    chain = _a_trajectory(trajectory).scene.chain
-    q = trajectory.scene.wavevector if wavenumber is None else _number("wavenumber", wavenumber)
+    chain = a_trajectory(trajectory).scene.chain
+    q = trajectory.scene.wavevector if wavenumber is None else real_number("wavenumber", wavenumber)
     s = chain.spacing * np.arange(chain.particles)
     if not isinstance(of, str) or of not in get_args(Quantity):
         raise MeasurementError(f"of = {shorten(of)}: must be 'displacement', 'tilt' or 'shear'")
@@ -216,7 +239,7 @@ def rate(wave: Wave, start: float | None = None, *, most_misfit: float = LARGEST
     """
     if not isinstance(wave, Wave):
         raise MeasurementError(f"wave = {shorten(wave)}: must be a Wave, as measure.wave gives it")
-    _number("most_misfit", most_misfit, most=math.inf)
+    real_number("most_misfit", most_misfit, most=math.inf)
     clear = _clear(wave)
     time, amplitude, left = wave.time[clear], wave.amplitude[clear], wave.misfit[clear]
     uncertain = np.broadcast_to(wave.noise, wave.time.shape)[clear] / np.abs(amplitude)
@@ -272,8 +295,8 @@ def fit_shape(
     """
     from scipy.optimize import curve_fit
 
-    chain = _a_trajectory(trajectory).scene.chain
-    _number("most_misfit", most_misfit, most=math.inf)
+    chain = a_trajectory(trajectory).scene.chain
+    real_number("most_misfit", most_misfit, most=math.inf)
     first_guess = wave(trajectory, wavenumber, kind, rigid=kind == "x")
     guess = rate(first_guess, start, most_misfit=math.inf)
     s = chain.spacing * np.arange(chain.particles)
@@ -322,9 +345,11 @@ def translation(
     """V = d/dt Σ_i r_i/N: the components of the mean velocity, by least squares from ``start``.
 
     With ``start`` None, from the first snapshot. Raises :class:`MeasurementError` for fewer than
-    four snapshots.
+    four snapshots, and for an elastic periodic chain that is wrapped: how often it went around as a
+    whole is then lost.
     """
-    first = _first(_a_trajectory(trajectory).time, start)
+    first = _first(a_trajectory(trajectory).time, start)
+    _refuse_lost_image(trajectory)
     centre = trajectory.positions[first:].mean(axis=1)
     x, y, z = (_slope(trajectory.time[first:], centre[:, k]) for k in range(3))
     return x, y, z
@@ -335,7 +360,7 @@ def spin(trajectory: Trajectory, start: float | None = None) -> Estimate:
 
     Arguments and errors as for :func:`translation` and :func:`turned_angle`.
     """
-    first = _first(_a_trajectory(trajectory).time, start)
+    first = _first(a_trajectory(trajectory).time, start)
     return _slope(trajectory.time[first:], turned_angle(trajectory)[first:])
 
 
@@ -351,11 +376,12 @@ def turned_angle(trajectory: Trajectory) -> Array:
     """
     from nrchain.model import Model
 
-    frames, time = _a_trajectory(trajectory).frames, trajectory.time
+    frames, time = a_trajectory(trajectory).frames, trajectory.time
+    positions = positions_of(trajectory)
     model = Model(trajectory.scene)
     rates = np.empty(len(time))
     for k in range(len(time)):
-        omega = model.twists(trajectory.positions[k], frames[k])[:, 3:]
+        omega = model.twists(positions[k], frames[k])[:, 3:]
         rates[k] = np.einsum("ik,ik->i", omega, frames[k, :, 0]).mean()
     relative = np.einsum("tiak,tibk->tiab", frames[:-1], frames[1:])
     seen = np.arctan2(
@@ -373,24 +399,17 @@ def turned_angle(trajectory: Trajectory) -> Array:
     return np.concatenate([[0.0], np.cumsum(turned.mean(axis=1))])
 
 
-def handedness(trajectory: Trajectory) -> Array:
-    """(T,) Σ_i τ_i / Σ_i |τ_i| with τ_i = (t_{i−1} × t_i)·t_{i+1} of the unit links t_i.
-
-    1 where all of the coil is right-handed, −1 where it is left-handed, 0 on a plane curve: where
-    the triple products are below 1e-9 of what the bends could make them. Does not depend on how
-    the chain lies in space.
-    """
-    links = _links(trajectory)
-    if trajectory.scene.chain.ends == "periodic":
-        links = np.concatenate([links, links[:, :2]], axis=1)
-    links = links / np.linalg.norm(links, axis=2, keepdims=True)
-    bends = np.cross(links[:, :-1], links[:, 1:])
-    triple = np.einsum("tik,tik->ti", bends[:, :-1], links[:, 2:])
-    sizes = np.linalg.norm(bends, axis=2)
-    most = (sizes[:, :-1] * sizes[:, 1:]).sum(axis=1)
-    total = np.abs(triple).sum(axis=1)
-    coiled = (total > 1e-9 * most) & (sizes.max(axis=1, initial=0.0) > 1e-12)
-    return np.divide(triple.sum(axis=1), total, out=np.zeros(len(links)), where=coiled)
+def _refuse_lost_image(trajectory: Trajectory) -> None:
+    """Refuse the motion of a chain along x whose coordinates were put back into a box."""
+    if not has_images(trajectory.scene):
+        return
+    positions_of(trajectory)
+    wrapped = is_wrapped(trajectory.positions, trajectory.scene.chain.spacing)
+    if wrapped.any():
+        raise MeasurementError(
+            f"positions[{int(np.argmax(wrapped))}]: the chain is wrapped, and how often it went "
+            "around its period as a whole is lost: give the positions of the unwrapped chain"
+        )
 
 
 def straightness(trajectory: Trajectory) -> Array:
@@ -398,19 +417,9 @@ def straightness(trajectory: Trajectory) -> Array:
 
     On a periodic chain the end-to-end distance is its period.
     """
-    links = _links(trajectory)
+    links = links_of(trajectory)
     across = np.linalg.norm(links.sum(axis=1), axis=1)
     return across / np.linalg.norm(links, axis=2).sum(axis=1)
-
-
-def _links(trajectory: Trajectory) -> Array:
-    """(T, L, 3) from each sphere to the next; a periodic chain's last one closes it."""
-    links = np.diff(_a_trajectory(trajectory).positions, axis=1)
-    if trajectory.scene.chain.ends != "periodic":
-        return links
-    closing = trajectory.positions[:, :1] - trajectory.positions[:, -1:]
-    closing[..., 0] += trajectory.scene.length
-    return np.concatenate([links, closing], axis=1)
 
 
 def _field(trajectory: Trajectory, kind: Kind, of: Quantity, s: Array) -> NDArray:
@@ -418,7 +427,7 @@ def _field(trajectory: Trajectory, kind: Kind, of: Quantity, s: Array) -> NDArra
     if not isinstance(kind, str) or kind not in get_args(Kind) or (kind, of) == ("x", "tilt"):
         allowed = "must be 'right', 'left', 'y', 'z' or, for displacements, 'x'"
         raise MeasurementError(f"kind = {shorten(kind)}: {allowed}")
-    vectors = trajectory.positions if of == "displacement" else trajectory.frames[:, :, 0]
+    vectors = positions_of(trajectory) if of == "displacement" else trajectory.frames[:, :, 0]
     if kind in ("right", "left"):
         return vectors[..., 1] + (1j if kind == "right" else -1j) * vectors[..., 2]
     if kind in ("y", "z"):
@@ -477,24 +486,9 @@ def _clear(wave: Wave) -> slice:
     )
 
 
-def _a_trajectory(given: object) -> Trajectory:
-    if not isinstance(given, Trajectory):
-        allowed = "must be a Trajectory: simulate and Trajectory.open give one"
-        raise MeasurementError(f"trajectory = {shorten(given)}: {allowed}")
-    return given
-
-
-def _number(name: str, given: object, most: float = sys.float_info.max) -> float:
-    """The finite number given, or one of at most ``most``."""
-    plain = given.item() if isinstance(given, np.generic) else given
-    if isinstance(plain, bool) or not isinstance(plain, int | float) or not -most <= plain <= most:
-        raise MeasurementError(f"{name} = {shorten(given)}: must be a real number")
-    return float(plain)
-
-
 def _first(time: Array, start: float | None) -> int:
     """Index of the first snapshot used."""
-    first = 0 if start is None else int(np.searchsorted(time, _number("start", start)))
+    first = 0 if start is None else int(np.searchsorted(time, real_number("start", start)))
     if len(time) - first < FEWEST:
         when = "" if start is None else f" from t = {start:g} on"
         raise MeasurementError(f"{len(time) - first} snapshots{when}: at least {FEWEST} are needed")

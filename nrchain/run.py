@@ -290,7 +290,9 @@ def simulate(
     progress
         Called with a :class:`Progress` at every snapshot.
     positions, frames
-        (N, 3) and (N, 3, 3): poses to start from in place of the scene's.
+        (N, 3) and (N, 3, 3): poses to start from in place of the scene's. Positions of a periodic
+        chain may be wrapped: each link takes the image that is nearest to its rest length along x
+        (:func:`nrchain.unwrapping.unwrapped`), and the trajectory holds the unwrapped chain.
     choice
         What the effects of the scene leave out, as :func:`nrchain.auto.choose` found it: kept
         beside the scene, and watched. A scene with ``effects = "auto"`` makes its own.
@@ -310,7 +312,8 @@ def simulate(
     Raises
     ------
     SceneError
-        Before any time is spent, for a start that cannot be simulated.
+        Before any time is spent, for a start that cannot be simulated, such as wrapped positions
+        of which the image is not clear.
     TrajectoryError
         When ``output`` exists and ``overwrite`` is not set, or cannot be made. Of a file that is
         removed or replaced meanwhile what was reached is returned, with no ``path``; one that is

@@ -13,6 +13,7 @@ from nrchain.guard import contact_distance, has_turning_springs, most_turned_lin
 from nrchain.h5md import refuse_snapshots
 from nrchain.scene import Scene
 from nrchain.seed import refuse_buried
+from nrchain.unwrapping import unwrapped_chain
 
 SOLVER_BYTES = 12_000
 """Memory of one sphere in an integrator with nearest neighbours."""
@@ -29,6 +30,9 @@ def starting_poses(
 ) -> tuple[np.ndarray, np.ndarray]:
     """The poses (N, 3) and (N, 3, 3) that a run starts from: the scene's, or the ones given.
 
+    Positions of a periodic chain may be wrapped: they are put together, see
+    :func:`nrchain.unwrapping.unwrapped`.
+
     Raises :class:`~nrchain.errors.SceneError` for poses of the wrong shape, that are not finite,
     frames that are not right-handed and orthonormal to 1e-8, spheres that overlap, links turned by
     more than a quarter turn against the springs of twist and bend, friction between spheres cut
@@ -38,7 +42,8 @@ def starting_poses(
     with np.errstate(all="ignore"):
         built = initial_poses(scene)
     count = scene.chain.particles
-    points = _finite("start" if positions is None else "positions", positions, built[0])
+    key = "start" if positions is None else "positions"
+    points = unwrapped_chain(scene, _finite(key, positions, built[0]), key)
     turns = rotations(built[1] if frames is None else frames, count).copy()
     _refuse_overlap(scene, points, scene.start.shape if positions is None else "positions")
     _refuse_turns(scene, turns, scene.start.shape if frames is None else "frames")

@@ -262,21 +262,7 @@ def test_snapshots_too_far_apart_for_the_spin_are_refused():
     assert measure.spin(early).value == pytest.approx(0.2)
 
 
-@pytest.mark.parametrize(("kind", "hand"), [("right", 1.0), ("left", -1.0), ("y", 0.0)])
-@pytest.mark.parametrize("ends", ["free", "periodic"])
-def test_handedness_knows_its_hand_from_any_side(kind, hand, ends):
-    q = 2 * 2 * np.pi / (24 * D)
-    coil = with_wave(q, np.array([0.1, 3.0, 20.0]), kind, ends=ends)
-    assert measure.handedness(coil) == pytest.approx(hand)
-    if ends == "free":
-        turn = Rotation.from_rotvec([0.3, -1.1, 2.0]).as_matrix()
-        assert measure.handedness(made_of(coil.positions @ turn.T)) == pytest.approx(hand)
-        mirrored = coil.positions * [1, -1, 1]
-        assert measure.handedness(made_of(mirrored)) == pytest.approx(-hand)
-
-
-def test_a_straight_chain_has_no_hand_and_length_one():
-    assert measure.handedness(made_of(straight(9, 2))) == pytest.approx(0)
+def test_a_straight_chain_has_length_one():
     for ends in ("free", "periodic"):
         trajectory = made_of(straight(9, 2), ends=ends)
         assert measure.straightness(trajectory) == pytest.approx(1)

@@ -63,7 +63,7 @@ def last_straightness(trajectory: Trajectory) -> float:
 
 
 def last_hand(trajectory: Trajectory) -> float:
-    return float(measure.handedness(trajectory)[-1])
+    return float(measure.handedness(trajectory).hand[-1])
 
 
 def speed(trajectory: Trajectory) -> float:
