@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from nrchain import slip_modes
+from nrchain import lie, slip_modes
 from nrchain.errors import SceneError
 from nrchain.scene import Scene, Slip
 
 ORTHONORMAL = 1e-8
-"""How far the products of given frame vectors may be from 0 and 1."""
+"""How far the products of frame vectors may be from 0 and 1 for frames to be taken as they are."""
+
+SINGLE = 1e-6
+"""How far they may be for the nearest rotations to be taken: several roundings of 32 bits."""
 
 Shape = tuple[int | None, ...]
 """Sizes of an array; None stands for any, which messages call N."""
@@ -40,15 +44,39 @@ def finite_array(name: str, given: Any, shape: Shape | None = None) -> np.ndarra
     return array
 
 
-def rotations(given: Any, count: int) -> np.ndarray:
-    """Frames (N, 3, 3) whose rows are orthonormal and right-handed, or a SceneError."""
+def rotations(given: Any, count: int, *, to: float = SINGLE) -> np.ndarray:
+    """Frames (N, 3, 3) whose rows are orthonormal and right-handed, or a SceneError.
+
+    Frames that are so to :data:`ORTHONORMAL` are returned as they are, and of those that are so
+    ``to`` more, by default the rounding of 32 bits, the nearest rotations.
+    """
     frames = finite_array("frames", given, (count, 3, 3))
-    gram = np.einsum("nak,nbk->nab", frames, frames)
-    off = np.abs(gram - np.eye(3)).max(initial=0.0)
-    if off > ORTHONORMAL or np.linalg.det(frames).min(initial=1.0) < 0:
-        allowed = f"rows must be orthonormal and right-handed to {ORTHONORMAL:g}"
-        raise SceneError("frames", "not rotations", allowed)
-    return frames
+    off = _off_rotation(frames)
+    worst = float(off.max(initial=0.0))
+    if worst <= ORTHONORMAL:
+        return frames
+    if worst <= to:
+        frames = frames.copy()
+        lie.orthonormalise(frames)
+        return frames
+    sphere = int(np.argmax(off))
+    far = f"are off by {worst:.2g}" if math.isfinite(worst) else "are left-handed"
+    raise SceneError(
+        f"frames[{sphere}]",
+        frames[sphere].tolist(),
+        f"rows must be orthonormal and right-handed to {to:g}, and {far};"
+        " scipy.spatial.transform.Rotation.from_matrix(frames).as_matrix() gives the nearest"
+        " rotations of right-handed frames",
+    )
+
+
+def _off_rotation(frames: np.ndarray) -> np.ndarray:
+    """(N,) the largest of |e_a·e_b − δ_ab| of each frame, infinite for a left-handed one."""
+    with np.errstate(all="ignore"):
+        gram = np.einsum("nak,nbk->nab", frames, frames)
+        off = np.abs(gram - np.eye(3)).max(axis=(1, 2), initial=0.0)
+        mirrored = (off <= 1.0) & (np.linalg.det(frames) < 0.0)
+    return np.where(mirrored | np.isnan(off), np.inf, off)
 
 
 def a_scene(given: Any) -> Scene:

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nrchain.arguments import rotations
+from nrchain.arguments import ORTHONORMAL, rotations
 from nrchain.charts import TURN_LIMIT, ChartedChain
 from nrchain.choice import Choice, Watch
 from nrchain.errors import SceneError, SceneWarning, TrajectoryError
@@ -293,6 +293,7 @@ def simulate(
         (N, 3) and (N, 3, 3): poses to start from in place of the scene's. Positions of a periodic
         chain may be wrapped: each link takes the image that is nearest to its rest length along x
         (:func:`nrchain.unwrapping.unwrapped`), and the trajectory holds the unwrapped chain.
+        Of frames rounded to 32 bits the nearest rotations are taken.
     choice
         What the effects of the scene leave out, as :func:`nrchain.auto.choose` found it: kept
         beside the scene, and watched. A scene with ``effects = "auto"`` makes its own.
@@ -407,7 +408,7 @@ def _refuse_unsound(begin: Checkpoint, done: Trajectory) -> None:
     if not (0 < snapshot < len(times) and times[snapshot - 1] <= passed <= times[snapshot]):
         raise TrajectoryError(f"{where} is at t = {passed:g}, before snapshot {snapshot}")
     try:
-        rotations(begin.frames, done.scene.chain.particles)
+        rotations(begin.frames, done.scene.chain.particles, to=ORTHONORMAL)
         refuse_far("positions", begin.positions)
     except SceneError as error:
         raise TrajectoryError(f"{where} cannot be used: {error}") from error

@@ -33,7 +33,17 @@ from nrchain.scene_file import (
     scene_path,
     write_toml,
 )
-from nrchain.scene_rules import Section, choice, line, number, optional, section, unknown
+from nrchain.scene_rules import (
+    SURE,
+    Section,
+    choice,
+    line,
+    nearest,
+    number,
+    optional,
+    section,
+    unknown,
+)
 from nrchain.scene_sections import (
     ChainSpec,
     EffectSections,
@@ -45,6 +55,7 @@ from nrchain.scene_sections import (
     StartSpec,
     read_effects,
     read_friction,
+    register_first,
 )
 
 __all__ = [
@@ -304,7 +315,7 @@ class Scene(Section):
         kinds: list[type[Section]] = [ChainSpec, ElasticitySpec, SlipSpec, FrictionSpec]
         kinds += [*section_kinds().values(), StartSpec, RunSpec]
         known = [name for name in (*cls.rules(), *section_kinds()) if name != "further"]
-        return (*known, *(spec.key(name) for spec in kinds for name in spec.spellings()))
+        return (*known, *(spec.key(name) for spec in kinds for name in spec.names()))
 
     @classmethod
     def from_mapping(cls, table: Mapping[str, Any]) -> Self:
@@ -317,15 +328,14 @@ class Scene(Section):
         further = {name: value for name, value in table.items() if name not in own}
         for name, value in further.items():
             if section_kind(name) is None:
-                refusal = unknown(name, value, [*own, *section_kinds()], cls.spellings())
+                known = [*own, *section_kinds()]
                 if isinstance(value, Mapping):
-                    allowed = (
-                        f"{refusal.allowed}. An effect of one's own must be registered again, with"
-                        " nrchain.register_effect, in every process before a scene or a trajectory"
-                        " that names it is opened"
-                    )
-                    raise SceneError(name, value, allowed)
-                raise refusal
+                    meant = nearest(name, known, SURE)
+                    refusal = unknown(name, value, known, [meant] if meant else [])
+                    if meant:
+                        raise refusal
+                    raise register_first(refusal, "An effect", "nrchain.register_effect")
+                raise unknown(name, value, known, cls.spellings())
         given = {name: value for name, value in table.items() if name in own and value is not None}
         return super(Scene, cls).from_mapping(given | {"further": further})
 

@@ -15,7 +15,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from nrchain.errors import SceneError
+from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.scene_rules import Section, did_you_mean
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
@@ -89,10 +89,15 @@ def parse_assignment(text: str) -> tuple[str, Any]:
     The value is read as TOML (``50``, ``[1, 2]``, ``{strength = 1, axis = [0, 1, 0]}``) and kept
     as a string when it is not (``clamped``); nothing after the sign stands for None, which takes
     the key out of the scene.
+
+    Raises :class:`~nrchain.errors.SceneError` for what has no sign or no key.
     """
     key, sign, value = (part.strip() for part in text.partition("="))
-    if not sign or not all(name.strip() for name in key.split(".")):
-        raise SceneError("assignment", text, "must be key=value, such as slip.2s=50")
+    if not all(name.strip() for name in key.split(".")):
+        raise SceneError("key", text, "must be key=value, such as slip.2s=50")
+    if not sign:
+        allowed = "must be key=value, such as slip.2s=50; nothing after the = takes the key out"
+        raise SceneError(key, NOT_GIVEN, allowed)
     if not value:
         return key, None
     try:

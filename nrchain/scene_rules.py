@@ -25,16 +25,27 @@ from nrchain.errors import NOT_GIVEN, SceneError
 
 Rule = Callable[[str, Any], Any]
 
+NEAR, SURE = 0.5, 0.7
+"""How alike a spelling and a name must be for the name to be offered, and to be surely meant."""
+
 
 def rule(
-    allowed: str, accepts: Callable[[Any], bool], convert: Callable[[Any], Any] = lambda v: v
+    allowed: str,
+    accepts: Callable[[Any], bool],
+    convert: Callable[[Any], Any] = lambda v: v,
+    near: Callable[[Any], Any] = lambda v: v,
 ) -> Rule:
-    """The rule that refuses with "must be ``allowed``" what ``accepts`` does not accept."""
+    """The rule that refuses with "must be ``allowed``" what ``accepts`` does not accept.
+
+    ``near`` makes of a value the one it may stand for, which is offered if it is accepted.
+    """
 
     def read(key: str, value: Any) -> Any:
         plain = _plain(value)
         if not accepts(plain):
-            raise SceneError(key, value, f"must be {allowed}")
+            meant = near(plain)
+            hint = f"; did you mean {_spelt(meant)}?" if accepts(meant) else ""
+            raise SceneError(key, value, f"must be {allowed}{hint}")
         return convert(plain)
 
     return read
@@ -58,6 +69,7 @@ def whole(*, least: int) -> Rule:
     return rule(
         f"a whole number of at least {least} and below 2^63",
         lambda v: is_whole(v) and least <= v < 2**63,
+        near=lambda v: int(v) if isinstance(v, float) and v.is_integer() else v,
     )
 
 
@@ -86,7 +98,10 @@ def one_or_each(inner: Rule) -> Rule:
         plain = _plain(value)
         if isinstance(plain, (list, tuple)):
             return tuple(inner(f"{key}[{i}]", item) for i, item in enumerate(plain))
-        return inner(key, plain)
+        try:
+            return inner(key, plain)
+        except SceneError as error:
+            raise SceneError(key, value, f"{error.allowed}; or a list, one a sphere") from None
 
     return read
 
@@ -121,7 +136,12 @@ def vector(*, of: int = 3, inner: Rule | None = None) -> Rule:
 
 def flag() -> Rule:
     """True or False."""
-    return rule("true or false", lambda v: isinstance(v, bool))
+    written = {"true": True, "false": False}
+    return rule(
+        "true or false",
+        lambda v: isinstance(v, bool),
+        near=lambda v: written.get(v.lower()) if isinstance(v, str) else v,
+    )
 
 
 def line() -> Rule:
@@ -139,9 +159,26 @@ def section(kind: type[Section]) -> Rule:
             return kind.from_mapping({})
         if isinstance(value, Mapping):
             return kind.from_mapping(value)
-        raise SceneError(key, value, f"must be a table or a {kind.__name__}")
+        raise _not_a_table(kind, key, value)
 
     return read
+
+
+def _not_a_table(kind: type[Section], key: str, value: Any) -> SceneError:
+    """The refusal of a value in place of a section: the keys there are, and which would hold it."""
+    text = f"must be a table of {', '.join(kind.names())}"
+    fitting = [name for name in kind.rules() if _holds(kind, name, value)]
+    if isinstance(value, str) and len(fitting) == 1:
+        text += f"; did you mean {key}.{fitting[0]} = {value!r}?"
+    return SceneError(key, value, text)
+
+
+def _holds(kind: type[Section], name: str, value: Any) -> bool:
+    try:
+        kind.rules()[name](name, value)
+    except SceneError:
+        return False
+    return True
 
 
 @cache
@@ -188,6 +225,11 @@ class Section:
         return tuple(cls.rules())
 
     @classmethod
+    def names(cls) -> tuple[str, ...]:
+        """The keys of the section, as a refusal lists them."""
+        return cls.spellings()
+
+    @classmethod
     def from_mapping(cls, table: Mapping[str, Any]) -> Self:
         """The section of a raw table, in which None stands for a key that is not given."""
         known = cls.rules()
@@ -220,9 +262,24 @@ def unknown(
 
 def did_you_mean(given: object, names: Iterable[str]) -> str:
     """A clause that offers the name whose last part is nearest; empty when none is near."""
-    tails = {name.rpartition(".")[2]: name for name in names}
-    near = difflib.get_close_matches(str(given).lower(), tails, n=1, cutoff=0.5)
-    return f"; did you mean {tails[near[0]]!r}?" if near else ""
+    near = nearest(given, names, NEAR)
+    return f"; did you mean {near!r}?" if near else ""
+
+
+def nearest(given: object, names: Iterable[str], alike: float) -> str | None:
+    """The name whose last part is nearest to what is given, if one is; letters may be of any case.
+
+    >>> nearest("2S", ["2s", "3a"], SURE), nearest("4t", ["3t", "4a"], SURE)
+    ('2s', None)
+    """
+    tails = {name.rpartition(".")[2].lower(): name for name in names}
+    near = difflib.get_close_matches(str(given).lower(), tails, n=1, cutoff=alike)
+    return tails[near[0]] if near else None
+
+
+def _spelt(value: Any) -> str:
+    """A value as a scene file and a command line spell it."""
+    return str(value).lower() if isinstance(value, bool) else repr(value)
 
 
 def is_whole(value: object) -> bool:

@@ -13,11 +13,13 @@ from typing import Annotated, Any, ClassVar, Literal, Self, cast
 from nrchain import slip_modes
 from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.scene_rules import (
+    SURE,
     Section,
     choice,
     direction,
     flag,
     is_whole,
+    nearest,
     number,
     one_or_each,
     optional,
@@ -43,6 +45,7 @@ _STRENGTH = one_or_each(number())
 NEIGHBOURS = rule(
     "a whole number of at least 1, or 'all'",
     lambda v: v == "all" or (is_whole(v) and 1 <= v < 2**63),
+    near=lambda v: v.lower() if isinstance(v, str) else v,
 )
 
 
@@ -145,14 +148,9 @@ def _read_slip(label: str, given: Any) -> Slip | None:
     key = SlipSpec.key(label)
     labels = [mode.label for mode in slip_modes.modes()]
     if label not in labels:
-        refusal = unknown(key, given, [*SlipSpec.spellings(), *labels])
-        if slip_modes.is_label(label):
-            allowed = (
-                f"{refusal.allowed}. A mode of one's own must be registered again, with"
-                " nrchain.register, in every process before a scene or a trajectory that names it"
-                " is opened"
-            )
-            raise SceneError(key, given, allowed)
+        refusal = unknown(key, given, SlipSpec.names())
+        if slip_modes.is_label(label) and not nearest(label, SlipSpec.names(), SURE):
+            raise register_first(refusal, "A mode", "nrchain.register")
         raise refusal
     if given is None or isinstance(given, Slip):
         return given
@@ -190,6 +188,11 @@ class SlipSpec(Section):
         return tuple(name for name in cls.rules() if name != "modes")
 
     @classmethod
+    def names(cls) -> tuple[str, ...]:
+        """The options and the modes."""
+        return (*cls.spellings(), *(mode.label for mode in slip_modes.modes()))
+
+    @classmethod
     def from_mapping(cls, table: Mapping[str, Any]) -> Self:
         """The section of a raw table, in which every key that is not an option is a mode."""
         if not isinstance(table, Mapping):
@@ -218,6 +221,16 @@ class FrictionSpec(Section):
     kind: Annotated[Kind, choice(Kind)] = "one-body"
     neighbours: Annotated[int | Literal["all"], NEIGHBOURS] = "all"
     backend: Annotated[Backend, choice(Backend)] = "native"
+
+
+def register_first(refusal: SceneError, what: str, register: str) -> SceneError:
+    """The refusal of a name that may stand for something of one's own, which is not known yet."""
+    end = "" if refusal.allowed.endswith("?") else "."
+    allowed = (
+        f"{refusal.allowed}{end} {what} of one's own must be registered again, with {register}, in"
+        " every process before a scene or a trajectory that names it is opened"
+    )
+    return SceneError(refusal.key, refusal.value, allowed)
 
 
 def read_friction(key: str, value: Any) -> FrictionSpec:

@@ -34,19 +34,20 @@ def starting_poses(
     :func:`nrchain.unwrapping.unwrapped`.
 
     Raises :class:`~nrchain.errors.SceneError` for poses of the wrong shape, that are not finite,
-    frames that are not right-handed and orthonormal to 1e-8, spheres that overlap, links turned by
-    more than a quarter turn against the springs of twist and bend, friction between spheres cut
-    where its mobility is not positive definite, and a bend below ``run.atol`` that grows beyond it.
+    frames that are not right-handed and orthonormal to 1e-6 (rounding to 32 bits is mended),
+    spheres that overlap, links turned by more than a quarter turn against the springs of twist and
+    bend, friction between spheres cut where its mobility is not positive definite, and a bend below
+    ``run.atol`` that grows beyond it.
     """
     _refuse_size(a_scene(scene))
     with np.errstate(all="ignore"):
         built = initial_poses(scene)
     count = scene.chain.particles
-    key = "start" if positions is None else "positions"
+    key = "start.amplitude" if positions is None else "positions"
     points = unwrapped_chain(scene, _finite(key, positions, built[0]), key)
     turns = rotations(built[1] if frames is None else frames, count).copy()
-    _refuse_overlap(scene, points, scene.start.shape if positions is None else "positions")
-    _refuse_turns(scene, turns, scene.start.shape if frames is None else "frames")
+    _refuse_overlap(scene, points, positions is None)
+    _refuse_turns(scene, turns, frames is None)
     _refuse_indefinite(scene, points)
     refuse_buried(scene, points, turns)
     return points, turns
@@ -79,28 +80,28 @@ def _refuse_size(scene: Scene) -> None:
     refuse_snapshots(scene, left, "in this machine")
 
 
-def _refuse_overlap(scene: Scene, positions: np.ndarray, shape: str) -> None:
+def _refuse_overlap(scene: Scene, positions: np.ndarray, built: bool) -> None:
     period = scene.length if scene.chain.ends == "periodic" else 0.0
     distance, i, j = closest_pair(positions, period)
     contact = contact_distance(scene)
     if distance <= contact:
-        raise SceneError(
-            "start",
-            shape,
-            f"spheres {i} and {j} overlap: they are {distance:.6g} apart and must be more than "
-            f"{contact:g}",
-        )
+        who = f"spheres {i} and {j}"
+        must = f"{distance:.6g} apart and must be more than {contact:g}"
+        if built:
+            raise SceneError("start.shape", scene.start.shape, f"{who} overlap: they are {must}")
+        raise SceneError("positions", who, f"overlap: they are {must}")
 
 
-def _refuse_turns(scene: Scene, frames: np.ndarray, shape: str) -> None:
+def _refuse_turns(scene: Scene, frames: np.ndarray, built: bool) -> None:
     angle, link = most_turned_link(frames, scene.chain.ends == "periodic")
     if has_turning_springs(scene) and angle >= 0.5 * np.pi:
-        raise SceneError(
-            "start",
-            shape,
-            f"link {link} is turned by {angle:.4g} rad; from a quarter turn on the springs of "
-            "twist and bend would pull it on towards a half turn",
+        why = (
+            f"turned by {angle:.4g} rad; from a quarter turn on the springs of twist and bend would"
+            " pull it on towards a half turn"
         )
+        if built:
+            raise SceneError("start.shape", scene.start.shape, f"link {link} is {why}")
+        raise SceneError("frames", f"link {link}", why)
 
 
 def _refuse_indefinite(scene: Scene, positions: np.ndarray) -> None:

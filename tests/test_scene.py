@@ -65,8 +65,17 @@ REFUSALS = [
     ({"run.end": None}, "run.end", "a finite number, above 0"),
     ({"slip.2s": {"axis": [1, 0, 0]}}, "slip.2s.strength", "a finite number"),
     # wrong types
-    ({"chain": 4}, "chain", "a table or a ChainSpec"),
-    ({"chain": RunSpec(end=1.0)}, "chain", "a table or a ChainSpec"),
+    ({"chain": 4}, "chain", "a table of particles, spacing, radius, viscosity, ends"),
+    ({"chain": RunSpec(end=1.0)}, "chain", "a table of particles, spacing"),
+    ({"steric": "wca"}, "steric", "of kind, strength, range; did you mean steric.kind = 'wca'?"),
+    ({"start": "sine"}, "start", "did you mean start.shape = 'sine'?"),
+    ({"slip": 50.0}, "slip", "a table of neighbours, finite_size, backend, 2s, 3a, 3t, 4a"),
+    ({"2s": 50.0}, "2s", "did you mean 'slip.2s'?"),
+    ({"slip.2s": "fast"}, "slip.2s", "a finite number; or a list, one a sphere"),
+    ({"slip.neighbours": "ALL"}, "slip.neighbours", "did you mean 'all'?"),
+    ({"slip.finite_size": "True"}, "slip.finite_size", "true or false; did you mean true?"),
+    ({"chain.particles": 1e3}, "chain.particles", "did you mean 1000?"),
+    ({"run.max_steps": 10.0}, "run.max_steps", "did you mean 10?"),
     ({"chain.particles": 4.0}, "chain.particles", "a whole number"),
     ({"chain.particles": True}, "chain.particles", "a whole number"),
     ({"chain.particles": "4"}, "chain.particles", "a whole number"),
@@ -181,6 +190,35 @@ REFUSALS = [
         "wavevector",
     ),
 ]
+
+
+ADVICE = "of one's own must be registered again"
+
+
+@pytest.mark.parametrize(
+    ("changes", "meant"),
+    [
+        ({"slip.2S": 60.0}, "2s"),
+        ({"slip.Neighbours": 2}, "neighbours"),
+        ({"slip.neighbour": 2}, "neighbours"),
+        ({"sterik": {"kind": "wca"}}, "steric"),
+        ({"Slip": {"2s": 60.0}}, "slip"),
+        ({"STERIC.kind": "wca"}, "steric"),
+    ],
+)
+def test_a_name_that_is_nearly_one_is_offered_without_advice_for_ones_own(changes, meant):
+    with pytest.raises(SceneError) as told:
+        scene_of(**changes)
+    assert told.value.allowed.endswith(f"; did you mean {meant!r}?")
+    assert ADVICE not in told.value.allowed
+
+
+@pytest.mark.parametrize("changes", [{"slip.4t": 60.0}, {"slip.7q": 1.0}, {"tether": {"force": 1}}])
+def test_a_name_that_may_be_ones_own_comes_with_how_to_register_it(changes):
+    with pytest.raises(SceneError, match=ADVICE) as told:
+        scene_of(**changes)
+    assert "?." not in told.value.allowed
+    assert "; did you mean 't" not in told.value.allowed
 
 
 def scene_of(**changes):
