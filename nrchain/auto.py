@@ -1,19 +1,19 @@
 """The cheapest set of effects whose neglected part is below a tolerance: ``effects = "auto"``.
 
 The full model of a chain is what the package can simulate of its hydrodynamics: the slip flows of
-all pairs, with their finite size where a mode has one, the disturbance of a background flow by all
-spheres, and friction between all of them, where the scene allows it. A scene
-with ``effects = "auto"`` and ``tolerance = x`` is run with as little of that as keeps every sphere,
-at every snapshot, within x radii and x radians of the run of the full model. Elasticity, modes,
+all pairs and the disturbance of a background flow by all spheres, both with their finite size where
+they have one, and friction between all of them, where the scene allows it. A scene with
+``effects = "auto"`` and ``tolerance = x`` is run with as little of that as keeps every sphere, at
+every snapshot, within x radii and x radians of the run of the full model. Elasticity, modes,
 steric repulsion and all else that the scene names are kept as they are.
 
 The error is that of poses and not of velocities, because poses are what a run is for, and because
 a small error of a velocity that makes the chain unstable is a large one of its poses.
 
-How it is chosen. Sets are the combinations of a reach of slip, 1, 2, 4, … and all, with and without
-friction between spheres and finite size; each has a counted cost (:mod:`nrchain.nominal_cost`), and
-of sets that cost about as much the fuller is kept, beside the cheapest of all. They are
-integrated together with the full model on shared steps of loose tolerance
+How it is chosen. Sets are the combinations of a reach of the flows, 1, 2, 4, … and all, with and
+without friction between spheres and finite size; each has a counted cost
+(:mod:`nrchain.nominal_cost`), and of sets that cost about as much the fuller is kept, beside the
+cheapest of all. They are integrated together with the full model on shared steps of loose tolerance
 (:mod:`nrchain.paired`); each is given up as soon as it strays from the full model by x over
 :data:`MARGIN`. Of those that reach the end the cheapest is taken. Where the full model costs hardly
 more than the cheapest, less than the choice itself would, it is taken at once.
@@ -41,7 +41,7 @@ from nrchain.model import Model
 from nrchain.nominal_cost import Fluid, evaluation_cost
 from nrchain.paired import PairedRun, apart
 from nrchain.scene import Scene
-from nrchain.scene_changes import keys_that_differ, reaching
+from nrchain.scene_changes import keys_that_differ, reaching, sized
 from nrchain.start import starting_poses
 
 MARGIN = 1.1
@@ -120,8 +120,8 @@ def ladder(full: Scene) -> list[Fluid]:
     return sorted(kept, key=kept.__getitem__)
 
 
-def _subsets(full: Scene) -> Iterator[Fluid]:
-    """Sets with less than the full model; without slip, reach and size are left alone.
+def _subsets(full: Scene) -> set[Fluid]:
+    """Sets with less than the full model, all flows cut at the same reach.
 
     Friction is that of all spheres or none: cut at a reach it need not be positive definite, and
     takes its products more steps than it saves.
@@ -131,12 +131,13 @@ def _subsets(full: Scene) -> Iterator[Fluid]:
     while places < full.chain.particles - (full.chain.ends != "periodic"):
         reaches.append(places)
         places *= 2
-    sizes = sorted({whole.finite_size, False})
-    for friction in sorted({whole.friction, 0.0}):
-        for reach in reaches if reaching(full) else [whole.reach]:
-            for size in sizes:
-                if (one := Fluid(friction, reach, size)) != whole:
-                    yield one
+    found = {
+        Fluid(friction, min(reach, whole.slip), min(reach, whole.strain), size)
+        for friction in (whole.friction, 0.0)
+        for reach in reaches
+        for size in (whole.finite_size, False)
+    }
+    return found - {whole}
 
 
 def _tried(
@@ -204,11 +205,13 @@ def _cheapest(
 
 
 def _left_out(full: Scene, chosen: Scene) -> Iterator[str]:
-    if chosen.slip.neighbours != full.slip.neighbours:
-        what = " and ".join(reaching(full))
-        yield f"{what} beyond {reach_text(chosen.slip.neighbours)}"
-    if chosen.slip.finite_size != full.slip.finite_size:
-        yield "finite size"
+    for name, section in reaching(full).items():
+        reach = getattr(chosen, section).neighbours
+        if reach != getattr(full, section).neighbours:
+            yield f"{name} beyond {reach_text(reach)}"
+    for name, section in sized(full).items():
+        if getattr(chosen, section).finite_size != getattr(full, section).finite_size:
+            yield name
     if chosen.friction.kind != full.friction.kind:
         yield "friction between spheres"
 

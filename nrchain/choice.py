@@ -15,7 +15,7 @@ from nrchain.guard import Poses
 from nrchain.model import Model
 from nrchain.outcome import Cause, Stop
 from nrchain.scene import Scene, load_scene
-from nrchain.scene_changes import has_finite_size, keys_that_differ, reaching
+from nrchain.scene_changes import all_pairs, all_sizes, keys_that_differ
 
 BREACH = 2.0
 """Neglected velocities above this many times those of the probe break the bound."""
@@ -120,8 +120,7 @@ def full_scene(scene: Scene) -> Scene:
     Without the latter where the scene allows none: see :func:`missing_friction`.
     """
     keys: dict[str, Any] = {"effects": "named", "tolerance": None}
-    if reaching(scene):
-        keys |= {"slip.neighbours": "all", "slip.finite_size": has_finite_size(scene)}
+    keys |= all_pairs(scene) | all_sizes(scene)
     if missing_friction(scene):
         return load_scene(scene, **keys)
     return load_scene(scene, **keys, **FRICTION)

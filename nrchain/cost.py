@@ -1,7 +1,7 @@
 """Error against wall time: what the accuracy of a scene costs, measured on the scene itself.
 
 Accuracy is bought along three axes: the stepping (integrator and tolerances), the reach of the
-slip flows, and the hydrodynamic model. :func:`work_precision` runs the scene, or as much of its
+flows, and the hydrodynamic model. :func:`work_precision` runs the scene, or as much of its
 beginning as a budget of wall time allows, along all of them. Errors of the stepping are distances
 from a reference far below all settings tried; those of reach and model are distances from the same
 run with everything the package can simulate.
@@ -16,6 +16,7 @@ from typing import Any, Literal
 
 from nrchain.errors import SceneError
 from nrchain.scene import Scene, load_scene
+from nrchain.scene_changes import all_pairs, all_sizes, reach_keys
 from nrchain.start import starting_poses
 from nrchain.timing import Measured, measure_all, prepare, run_timed, simulate_quietly
 from nrchain.trajectory import Trajectory
@@ -237,7 +238,7 @@ def work_precision(
             f"reach and model: all pairs of more than {LARGEST} spheres take too long to compare"
         )
     else:
-        tell("reach of the slip, hydrodynamic model")
+        tell("reach of the flows, hydrodynamic model")
         for axis, settings in _levels(short).items():
             scenes = {name: load_scene(short, **change) for name, change in settings.items()}
             full = simulate_quietly(list(scenes.values())[-1])
@@ -315,21 +316,21 @@ def _stepping(short: Scene, reference: Trajectory, budget: float) -> tuple[list[
 
 def _levels(short: Scene) -> dict[Axis, dict[str, Changes]]:
     """Reach and model by one change after another; the last of each has everything."""
-    modes, reach = short.slip.modes, 1
+    keys, every, reach = reach_keys(short), all_pairs(short), 1
     axes: dict[Axis, dict[str, Changes]] = {"reach": {}, "model": {"the scene itself": {}}}
-    while modes and reach <= min(short.chain.particles - 2, LONGEST_REACH):
-        axes["reach"][f"{reach} neighbour{'s' * (reach > 1)}"] = {"slip.neighbours": reach}
+    while keys and reach <= min(short.chain.particles - 2, LONGEST_REACH):
+        axes["reach"][f"{reach} neighbour{'s' * (reach > 1)}"] = dict.fromkeys(keys, reach)
         reach *= 2
-    if short.can_reach_all:
-        axes["reach"]["all pairs"] = {"slip.neighbours": "all"}
+    if len(every) == len(keys):
+        axes["reach"]["all pairs"] = every
     level: Changes = {}
-    if modes and short.slip.neighbours != "all" and short.can_reach_all:
-        level = level | {"slip.neighbours": "all"}
-        axes["model"]["all pairs"] = level
-    if "2s" in modes and not short.slip.finite_size:
-        level = level | {"slip.finite_size": True}
-        axes["model"]["… with finite size"] = level
-    if short.friction.kind == "one-body":
-        level = level | {"friction": "pairwise"}
-        axes["model"]["… and pairwise friction"] = level
+    friction = {"friction": "pairwise"} if short.friction.kind == "one-body" else {}
+    for name, further in (
+        ("all pairs", every),
+        ("… with finite size", all_sizes(short)),
+        ("… and pairwise friction", friction),
+    ):
+        if load_scene(short, **level, **further) != load_scene(short, **level):
+            level = level | further
+            axes["model"][name] = level
     return {axis: settings for axis, settings in axes.items() if len(settings) > 1}

@@ -1,8 +1,9 @@
 """(v, ω)_i = Σ_effects (v, ω)_i: the wrench and the twist of every effect, one by one.
 
 Each mode of slip stands for its leading-order flow at the nearest neighbours, ``finite size`` for
-the part of order (a/r)² of that and ``reach`` for all that comes from beyond them. The twist of a
-wrench is what it gives a sphere by itself, W/γ; ``friction between spheres`` is the rest of the
+the part of order (a/r)² of that and ``reach`` for all slip flows from beyond them. The disturbance
+of a background flow is ``strain`` and ``finite size of strain``, over its own reach. The twist of
+a wrench is what it gives a sphere by itself, W/γ; ``friction between spheres`` is the rest of the
 mobility, and ``support`` what the clamps add, through the same mobility. The sum is that of the
 simulation.
 """

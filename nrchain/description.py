@@ -8,11 +8,13 @@ import numpy as np
 
 from nrchain import slip_modes
 from nrchain.arguments import a_scene
+from nrchain.effects.flow import Flow, FlowSpec
 from nrchain.effects.registry import effects
 from nrchain.effects.slip import active_modes, reach_text
+from nrchain.effects.strain import Strain
+from nrchain.effects.strain_size import FiniteSizeOfStrain
 from nrchain.regime import warnings
 from nrchain.scene import Scene, Slip
-from nrchain.scene_changes import reaching
 from nrchain.scene_sections import ElasticitySpec, FrictionSpec, SlipSpec, StartSpec
 from nrchain.wording import span
 
@@ -37,7 +39,7 @@ def describe(scene: Scene) -> Description:
     simulated: list[Row] = []
     left_out: list[Row] = []
     for effect in effects():
-        if effect.key.startswith(("slip.", "friction.")):
+        if effect.key.startswith(("slip.", "flow.", "friction.")):
             continue
         if effect.acts(a_scene(scene)):
             simulated.append((effect.name, effect.detail(scene)))
@@ -46,6 +48,7 @@ def describe(scene: Scene) -> Description:
     if scene.moduli.twist or scene.moduli.bend:
         simulated.append(("measure of twist and bend", scene.elasticity.measure))
     _describe_slip(scene, simulated, left_out)
+    _describe_flow(scene, simulated, left_out)
     _describe_friction(scene, simulated, left_out)
     left_out.append(("other effects", "Brownian motion"))
     run = scene.run
@@ -75,6 +78,22 @@ def _describe_slip(scene: Scene, simulated: list[Row], left_out: list[Row]) -> N
         left_out.append(("long range", f"slip flows beyond {where}"))
 
 
+def _describe_flow(scene: Scene, simulated: list[Row], left_out: list[Row]) -> None:
+    """The disturbance of a flow is spoken of where there is a flow, its parts where it acts."""
+    if not Flow.acts(scene):
+        left_out.append((Flow.name, Flow.absence))
+        return
+    simulated.append((Flow.name, Flow.detail(scene)))
+    if not Strain.acts(scene):
+        left_out.append((Strain.name, Strain.absence))
+        return
+    simulated.append((Strain.name, Strain.detail(scene)))
+    size, reach = FiniteSizeOfStrain, Flow.section(scene).neighbours
+    (simulated if size.acts(scene) else left_out).append((size.name, size.summary))
+    if reach != "all":
+        left_out.append(("long range of strain", f"disturbances beyond {reach_text(reach)}"))
+
+
 def _describe_friction(scene: Scene, simulated: list[Row], left_out: list[Row]) -> None:
     friction = scene.friction
     if friction.kind == "one-body":
@@ -90,7 +109,8 @@ def _describe_friction(scene: Scene, simulated: list[Row], left_out: list[Row]) 
 
 def without_effect(scene: Scene) -> list[Row]:
     """The keys of a scene that differ from their default and change nothing, each with why."""
-    rows = [*_inert_slip(scene), *_inert_elasticity(scene), *_inert_start(scene)]
+    rows = [*_inert_slip(scene), *_inert_flow(scene), *_inert_elasticity(scene)]
+    rows += _inert_start(scene)
     friction = scene.friction
     if friction.kind == "one-body":
         for name in ("neighbours", "backend"):
@@ -105,12 +125,23 @@ def _inert_slip(scene: Scene) -> list[Row]:
         if label not in acting and mode.axis != Slip(0.0).axis:
             rows.append((f"{SlipSpec.key(label)}.axis", f"the strength of {label} is 0"))
     if not acting:
-        inert = [n for n in slip.spellings() if n != "neighbours" or not reaching(scene)]
-        changed = (n for n in inert if getattr(slip, n) != getattr(SlipSpec(), n))
+        changed = (n for n in slip.spellings() if getattr(slip, n) != getattr(SlipSpec(), n))
         rows += [(slip.key(name), "no mode has a strength") for name in changed]
     elif slip.finite_size and not any(_has_finite_size(label) for label in acting):
         rows.append(("slip.finite_size", f"the flow of {', '.join(acting)} has no such correction"))
     return rows
+
+
+def _inert_flow(scene: Scene) -> list[Row]:
+    """Of the disturbance, where the flow has no strain, or spheres do not disturb it."""
+    flow = Flow.section(scene)
+    if Strain.acts(scene):
+        return []
+    names, why = ["neighbours", "finite_size"], "flow.disturbance is false"
+    if not (flow.matrix + flow.matrix.T).any():
+        names, why = ["disturbance", *names], "flow.gradient strains nothing"
+    changed = (name for name in names if getattr(flow, name) != getattr(FlowSpec(), name))
+    return [(flow.key(name), why) for name in changed]
 
 
 def _inert_elasticity(scene: Scene) -> list[Row]:

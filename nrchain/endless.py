@@ -43,7 +43,9 @@ def refuse_net_forces(scene: Scene) -> None:
 
 
 def has_sum(scene: Scene, key: str) -> bool:
-    """Whether what ``slip.neighbours`` or ``friction.neighbours`` cuts has a sum without end."""
+    """Whether what a key such as ``slip.neighbours`` cuts has a sum without end."""
+    if key == "flow.neighbours":  # stresslets, whose flow falls off as 1/r²
+        return True
     return scene.slip_has_sum if key == "slip.neighbours" else not net_forces(scene)
 
 

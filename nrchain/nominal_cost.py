@@ -16,7 +16,7 @@ from nrchain.effects.slip import active_modes
 from nrchain.hydrodynamics.images import EXACT, POINTS
 from nrchain.hydrodynamics.pairs import NEAR
 from nrchain.scene import Scene, load_scene
-from nrchain.scene_changes import reaching
+from nrchain.scene_changes import reaching, sized
 
 LOOP, SPHERE = 50e-6, 0.7e-6
 """Seconds of the integrator's own, and of one sphere with its links."""
@@ -25,8 +25,8 @@ PRODUCTS = 2.2
 """Products with the Jacobian that come with a right-hand side."""
 
 SLIP_PAIR, SLIP_PRODUCT = 1.0e-9, 2.5e-9
-"""Of one pair of one mode, or of another effect over the reach of the slip; a further mode adds
-:data:`MODE` of it, the finite size a fifth."""
+"""Of one pair of one mode, or of one part of the disturbance of a flow; a further mode adds
+:data:`MODE` of it, the finite size of slip a fifth."""
 
 MODE, FINITE_SIZE = 0.3, 0.2
 
@@ -44,12 +44,14 @@ IMAGES = (2 * (EXACT + POINTS) + 1) / 2
 class Fluid(NamedTuple):
     """How much of the fluid between spheres is simulated: what a choice of effects decides.
 
-    ``reach`` is that of the slip flows, ``friction`` that of friction between spheres, infinite for
-    all pairs and 0 for none; ``finite_size`` is whether the flows have it.
+    ``friction``, ``slip`` and ``strain`` are the reaches of friction between spheres, of the slip
+    flows and of the disturbance of a background flow: infinite for all pairs, 0 for none.
+    ``finite_size`` is whether any of the flows has its own.
     """
 
     friction: float
-    reach: float
+    slip: float
+    strain: float
     finite_size: bool
 
     @classmethod
@@ -57,7 +59,12 @@ class Fluid(NamedTuple):
         """That of a scene."""
         friction = scene.friction
         places = _number(friction.neighbours) if friction.kind == "pairwise" else 0.0
-        return cls(places, _number(scene.slip.neighbours), scene.slip.finite_size)
+        reaches = {
+            name: _number(getattr(scene, section).neighbours)
+            for name, section in reaching(scene).items()
+        }
+        size = any(getattr(scene, section).finite_size for section in sized(scene).values())
+        return cls(places, reaches.get("slip", 0.0), reaches.get("strain", 0.0), size)
 
     def holds(self, other: Fluid) -> bool:
         """Whether all that ``other`` simulates is part of this."""
@@ -66,11 +73,13 @@ class Fluid(NamedTuple):
     def applied(self, scene: Scene) -> Scene:
         """The scene with this in place of its own."""
         changes: dict[str, Any] = {
-            "slip.neighbours": _neighbours(self.reach),
-            "slip.finite_size": self.finite_size,
             "friction.kind": "pairwise" if self.friction else "one-body",
             "friction.neighbours": _neighbours(self.friction or math.inf),
         }
+        for name, section in reaching(scene).items():
+            changes[f"{section}.neighbours"] = _neighbours(getattr(self, name))
+        for section in sized(scene).values():
+            changes[f"{section}.finite_size"] = self.finite_size
         return load_scene(scene, **changes)
 
 
@@ -90,20 +99,15 @@ def evaluation_cost(scene: Scene, fluid: Fluid | None = None) -> float:
     fluid = fluid or Fluid.of(scene)
     count = scene.chain.particles
     cost = LOOP + SPHERE * count
-    modes = len(active_modes(scene))
-    further = len(reaching(scene)) - bool(modes)
     pairwise = fluid.friction > 0.0
-    if modes or further:
-        reach = _places(scene, fluid.reach)
+    flows = _flows(scene, fluid)
+    through_pairs = pairwise or any(reach > NEAR for reach, _ in flows)
+    for reach, each in flows:
         pairs = 2 * reach * count
-        each = further + (1.0 + MODE * (modes - 1) if modes else 0.0)
-        if modes and fluid.finite_size:
-            each += FINITE_SIZE
         cost += SLIP_PAIR * pairs * each
-        if pairwise or reach > NEAR:
+        if through_pairs:
             cost += PRODUCTS * (FRICTION_CALL + SLIP_PRODUCT * pairs * each)
-        if reach <= NEAR:
-            cost += BLOCK * count * (reach - 1)
+    cost += BLOCK * count * max((reach - 1 for reach, _ in flows if reach <= NEAR), default=0.0)
     if pairwise:
         pairs = 2 * _places(scene, fluid.friction) * count
         cost += FRICTION_CALL + FRICTION_PAIR * pairs
@@ -111,6 +115,19 @@ def evaluation_cost(scene: Scene, fluid: Fluid | None = None) -> float:
         if scene.chain.ends == "clamped":
             cost += (1.0 + PRODUCTS) * SUPPORT
     return cost
+
+
+def _flows(scene: Scene, fluid: Fluid) -> list[tuple[float, float]]:
+    """Of the slip and of the disturbance of a flow: places a side, and work in pairs of a mode."""
+    sizes = sized(scene) if fluid.finite_size else {}
+    flows = []
+    if fluid.slip:
+        work = 1.0 + MODE * (len(active_modes(scene)) - 1)
+        work += FINITE_SIZE * ("finite size" in sizes)
+        flows.append((_places(scene, fluid.slip), work))
+    if fluid.strain:
+        flows.append((_places(scene, fluid.strain), 1.0 + ("finite size of strain" in sizes)))
+    return flows
 
 
 def _places(scene: Scene, reach: float) -> float:

@@ -18,6 +18,7 @@ import numpy as np
 from nrchain.chain import closest_pair
 from nrchain.endless import net_forces, takes_all
 from nrchain.errors import SceneError
+from nrchain.flow_reach import reach_of_strain
 from nrchain.hydrodynamics.definiteness import is_cut, least_mobility
 from nrchain.lattice import Branch, lattice_rates, steady_rotation, steady_velocity
 from nrchain.regime import (
@@ -72,6 +73,7 @@ def plan(scene: Scene) -> Plan:
         lines.append(Line("strengths", what, meaning))
     for part in (_stiffness_lines, _rate_lines, _motion_lines, _reach_lines):
         lines += _judged(part, scene)
+    lines += [Line(*row) for row in reach_of_strain(scene, positions)]
     drift = rounding_drift(scene)
     lines.append(
         Line("rounding", f"{drift:.1e} per unit time", "drift that springs make of rounded places")

@@ -79,7 +79,11 @@ __all__ = [
 DEFAULT_RATIO = 1e7
 """R of the stiffness rule when a scene gives no stiffness; the paper's for its snapshots."""
 
-CHOSEN = {"slip": ("neighbours", "finite_size"), "friction": ("kind", "neighbours")}
+CHOSEN = {
+    "slip": ("neighbours", "finite_size"),
+    "flow": ("neighbours", "finite_size"),
+    "friction": ("kind", "neighbours"),
+}
 """The keys of each section that effects = "auto" decides."""
 
 Effects = Literal["named", "auto"]
@@ -215,9 +219,10 @@ class Scene(Section):
                 "must be given with effects = 'auto': the largest distance from the full model"
             )
             raise SceneError("tolerance", None, f"{allowed}, in radii")
-        for spec in (self.slip, self.friction):
+        for path, names in CHOSEN.items():
+            spec = getattr(self, path)
             plain = type(spec)()
-            for name in CHOSEN[spec.path]:
+            for name in names:
                 if getattr(spec, name) != getattr(plain, name):
                     allowed = "is chosen by effects = 'auto'; take one of the two out"
                     raise SceneError(spec.key(name), getattr(spec, name), allowed)

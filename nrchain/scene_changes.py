@@ -14,6 +14,7 @@ from typing import Any, Literal
 from nrchain import slip_modes
 from nrchain.effects.registry import acting
 from nrchain.effects.slip import active_modes
+from nrchain.effects.strain import Strain
 from nrchain.errors import SceneError
 from nrchain.scene import CHOSEN, Scene, load_scene
 
@@ -71,10 +72,32 @@ def has_finite_size(scene: Scene) -> bool:
     return any(mode.flow(True) != mode.flow(False) for mode in found)
 
 
-def reaching(scene: Scene) -> list[str]:
-    """What of a scene acts between spheres as far apart as ``slip.neighbours`` says."""
-    names = [effect.name for effect in acting(scene) if effect.over_reach]
-    return ["slip", *names] if active_modes(scene) else names
+def reaching(scene: Scene) -> dict[str, str]:
+    """The flows between spheres that a scene has, by name, and the section that has their reach."""
+    found = {"slip": "slip"} if active_modes(scene) else {}
+    return found | ({"strain": "flow"} if Strain.acts(scene) else {})
+
+
+def sized(scene: Scene) -> dict[str, str]:
+    """Those of them that (a/r)² corrects, by the name of the correction, and its section."""
+    found = {"finite size": "slip"} if has_finite_size(scene) else {}
+    return found | ({"finite size of strain": "flow"} if Strain.acts(scene) else {})
+
+
+def reach_keys(scene: Scene) -> list[str]:
+    """The keys of the reaches of a scene's flows."""
+    return [f"{section}.neighbours" for section in reaching(scene).values()]
+
+
+def all_pairs(scene: Scene) -> dict[str, Any]:
+    """The keys that give every flow of a scene all pairs; without a flow that has no such sum."""
+    keys = reach_keys(scene)
+    return {key: "all" for key in keys if key != "slip.neighbours" or scene.can_reach_all}
+
+
+def all_sizes(scene: Scene) -> dict[str, Any]:
+    """The keys that give every flow of a scene its finite size."""
+    return {f"{section}.finite_size": True for section in sized(scene).values()}
 
 
 def keys_that_differ(scene: Scene, other: Scene) -> list[tuple[str, Any, Any]]:
@@ -89,11 +112,14 @@ def keys_that_differ(scene: Scene, other: Scene) -> list[tuple[str, Any, Any]]:
 
 
 def _adds(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
-    far, near = reaching(scene), not reaches_all(scene, scene.slip.neighbours)
-    if far and near and scene.can_reach_all:
-        yield f"{' and '.join(far)} of all pairs", {"slip.neighbours": "all"}
-    if not scene.slip.finite_size and has_finite_size(scene):
-        yield "finite size", {"slip.finite_size": True}
+    every = all_pairs(scene)
+    for name, section in reaching(scene).items():
+        key = f"{section}.neighbours"
+        if key in every and not reaches_all(scene, getattr(scene, section).neighbours):
+            yield f"{name} of all pairs", {key: "all"}
+    for name, section in sized(scene).items():
+        if not getattr(scene, section).finite_size:
+            yield name, {f"{section}.finite_size": True}
     if scene.friction.kind == "one-body":
         yield "friction between spheres", {"friction": "pairwise"}
 

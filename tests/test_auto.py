@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import nrchain
-from nrchain.auto import carry_on, choose, full_scene, ladder
+from nrchain.auto import _left_out, _subsets, carry_on, choose, full_scene, ladder
 from nrchain.choice import Choice, Watch
 from nrchain.description import describe
 from nrchain.errors import SceneError, TrajectoryError
@@ -147,13 +147,32 @@ def test_the_full_model_has_the_disturbance_of_a_flow_by_all_spheres():
     sheared = {"flow.gradient": [[0.0, 0.01, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]}
     scene = nrchain.load_scene("passive", **QUIET, **sheared)
     full = full_scene(scene)
-    assert full.slip.neighbours == "all"
+    assert (full.flow.neighbours, full.flow.finite_size) == ("all", True)
+    assert full.slip == scene.slip  # no mode has a strength
     near = ladder(nrchain.load_scene(full, **{"chain.particles": 300}))
-    assert min(one.reach for one in near) < 300
+    assert min(one.strain for one in near) < 300
+    assert all(one.slip == 0.0 for one in near)
     assert evaluation_cost(full) > evaluation_cost(full, near[0])
     told = describe(scene)
     assert not told.without_effect
     assert not told.warnings  # a passive chain has no slip to warn of
+
+
+def test_a_set_cuts_all_flows_alike_and_is_told_by_name():
+    sheared = {"flow.gradient": [[0.0, 0.01, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]}
+    full = full_scene(nrchain.load_scene("passive", **QUIET, **sheared, **{"slip.2s": 1.0}))
+    sets = _subsets(full)
+    assert Fluid.of(full) not in sets
+    assert all(Fluid.of(one.applied(full)) == one for one in sets)
+    assert all(one.slip == one.strain for one in sets)
+    chosen = Fluid(0.0, 2.0, 2.0, False).applied(full)
+    assert list(_left_out(full, chosen)) == [
+        "slip beyond 2 neighbours a side",
+        "strain beyond 2 neighbours a side",
+        "finite size",
+        "finite size of strain",
+        "friction between spheres",
+    ]
 
 
 def test_a_choice_is_watched_from_its_own_poses(quiet):

@@ -30,7 +30,7 @@ SCENES = {
         "chain.ends": "periodic",
         "friction": PAIRS,
         "field": TORQUE,
-        "flow": SHEAR,
+        "flow": SHEAR | {"finite_size": True},
     },
     "clamped through the fluid": {
         "slip": MODES | {"finite_size": True},
@@ -45,7 +45,7 @@ SCENES = {
         "friction": PAIRS | {"neighbours": 3},
         "steric": STERIC,
         "field": FIELD,
-        "flow": SHEAR,
+        "flow": SHEAR | {"finite_size": True, "neighbours": 4},
     },
     "pystokes": {
         "slip": MODES | {"backend": "pystokes", "neighbours": 2, "finite_size": True},
@@ -89,9 +89,10 @@ def test_a_part_is_what_is_lost_with_its_effect():
             assert lost == pytest.approx(found[effect.name].twist, abs=1e-12), effect.name
 
 
-TAKEN_ALONG = {f"slip {m}" for m in MODES} | {"finite size", "reach", "flow"}
+TAKEN_ALONG = {f"slip {m}" for m in MODES} | {"finite size", "flow", "strain"}
 """With a mode goes the reach and the finite size of its flow, with the flow its strain, with the
-reach that of the strain, and with the finite size what it adds beyond the nearest neighbours."""
+strain its finite size, and with the finite size of slip what it adds beyond the nearest neighbours.
+"""
 
 
 def test_modes_are_those_of_scenes_that_name_them_alone():

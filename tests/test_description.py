@@ -36,7 +36,32 @@ def test_the_finite_size_of_modes_without_one_is_not_spoken_of():
     assert "long range" not in dict(still.left_out)
 
 
+def test_the_disturbance_of_a_flow_is_spoken_of_where_there_is_one():
+    flow = {"gradient": [[0.0, 0.01, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]}
+    told = nrchain.describe(small(flow=flow))
+    assert ("strain", "stresslet, all pairs") in told.simulated
+    assert "finite size of strain" in dict(told.left_out)
+    assert "long range of strain" not in dict(told.left_out)
+    told = nrchain.describe(small(flow=flow | {"neighbours": 2, "finite_size": True}))
+    assert dict(told.simulated)["strain"] == "stresslet, 2 neighbours a side"
+    assert "finite size of strain" in dict(told.simulated)
+    assert dict(told.left_out)["long range of strain"] == (
+        "disturbances beyond 2 neighbours a side"
+    )
+    told = nrchain.describe(small(flow=flow | {"disturbance": False}))
+    assert {"strain"} == {"strain", "finite size of strain"} & dict(told.left_out).keys()
+    told = nrchain.describe(small())
+    assert not {"strain", "finite size of strain"} & dict(told.left_out).keys()
+
+
+_SHEAR = [[0.0, 0.01, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
+_TURN = [[0.0, 0.01, 0.0], [-0.01, 0.0, 0.0], [0.0, 0.0, 0.0]]
+
 INERT = [
+    ({"flow.neighbours": 2}, "flow.neighbours"),
+    ({"flow.disturbance": False, "flow.gradient": _TURN}, "flow.disturbance"),
+    ({"flow": {"disturbance": False, "gradient": _SHEAR, "finite_size": True}}, "flow.finite_size"),
+    ({"flow": {"gradient": _SHEAR}, "slip.2s": None, "slip.neighbours": 2}, "slip.neighbours"),
     ({"friction": {"neighbours": 1}}, "friction.neighbours"),
     ({"friction": {"backend": "pystokes"}}, "friction.backend"),
     ({"slip.2s": 0.0, "slip.2s.axis": [0, 1, 0]}, "slip.2s.axis"),

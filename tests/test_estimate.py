@@ -153,7 +153,16 @@ def test_a_change_that_the_scene_does_not_allow_has_a_row_with_the_reason():
 
 def test_the_reach_of_a_disturbed_flow_is_a_change():
     sheared = {"flow.gradient": [[0.0, 0.01, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]}
-    names = [c.effect for c in changes_of(nrchain.load_scene("passive", **SHORT, **sheared))]
-    assert "strain of all pairs" in names
-    names = [c.effect for c in changes_of(nrchain.load_scene("buckling", **SHORT, **sheared))]
-    assert "slip and strain of all pairs" in names
+    near = sheared | {"flow.neighbours": 2}
+    for name, flow, expected in (
+        ("passive", sheared, {"finite size of strain"}),
+        ("passive", near, {"finite size of strain", "strain of all pairs"}),
+        ("buckling", sheared, {"finite size", "finite size of strain", "slip of all pairs"}),
+    ):
+        changes = changes_of(nrchain.load_scene(name, **SHORT, **flow))
+        added = {c.effect: c.scene for c in changes if c.kind == "add"}
+        assert set(added) == expected | {"friction between spheres"}
+        assert added["finite size of strain"].flow.finite_size
+        assert "strain of all pairs" not in added or (
+            added["strain of all pairs"].flow.neighbours == "all"
+        )

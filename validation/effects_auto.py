@@ -17,7 +17,6 @@ from matplotlib.figure import Figure
 
 from nrchain.auto import choose, full_scene
 from nrchain.choice import Choice
-from nrchain.effects.slip import active_modes
 from nrchain.nominal_cost import Fluid
 from nrchain.run import simulate
 from nrchain.scene import CHOSEN, Scene, load_scene
@@ -113,12 +112,14 @@ def _sets(full: Scene) -> list[Fluid]:
     """All combinations that are tried."""
     whole, count = Fluid.of(full), full.chain.particles
     reaches = [r for r in REACHES if r < count - 1 or math.isinf(r)]
-    slips = [(whole.reach, whole.finite_size)]
-    if active_modes(full):
-        sizes = sorted({whole.finite_size, False})
-        slips = [(reach, size) for reach in reaches for size in sizes]
+    sizes = sorted({whole.finite_size, False})
+    flows = {
+        (min(reach, whole.slip), min(reach, whole.strain), size)
+        for reach in reaches
+        for size in sizes
+    }
     frictions = [0.0, *(r for r in reaches if r in (4.0, math.inf))]
-    return [Fluid(friction, *slip) for friction in frictions for slip in slips]
+    return [Fluid(friction, *flow) for friction in frictions for flow in sorted(flows)]
 
 
 def _timed(scene: Scene, choice: Choice | None = None) -> tuple[Trajectory, float]:

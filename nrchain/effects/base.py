@@ -66,8 +66,6 @@ class Effect:
         positions, which keep their digits however far a chain swims.
     carries
         Whether it may carry or spin the chain as a whole, so that charts had better move with it.
-    over_reach
-        Whether it acts between spheres, as far apart along the chain as ``slip.neighbours`` says.
     fused
         Whether the model does its work in one pass with that of others.
     places
@@ -86,7 +84,6 @@ class Effect:
     covariant: ClassVar[bool] = True
     placed: ClassVar[bool] = True
     carries: ClassVar[bool] = False
-    over_reach: ClassVar[bool] = False
     fused: ClassVar[bool] = False
     places: int | None = None
 

@@ -7,7 +7,7 @@ the lab stands still. What rigid spheres do against being strained is the effect
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from nrchain.effects.registry import register_effect
 from nrchain.errors import SceneError
 from nrchain.scene import Scene
 from nrchain.scene_rules import Section, flag, vector
+from nrchain.scene_sections import NEIGHBOURS
 
 Matrix = tuple[tuple[float, float, float], ...]
 
@@ -25,11 +26,17 @@ TRACE = 1e-12
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlowSpec(Section):
-    """G of u = G·r, row by row, without trace; and whether spheres disturb it by being rigid."""
+    """G of u = G·r, row by row, without trace; and whether spheres disturb it by being rigid.
+
+    ``neighbours`` is how many places along the chain that disturbance is felt; with
+    ``finite_size`` it has the factors (1 + a²∇²/6)(1 + a²∇²/10).
+    """
 
     path: ClassVar[str] = "flow"
     gradient: Annotated[Matrix, vector(inner=vector())] = ((0.0,) * 3,) * 3
     disturbance: Annotated[bool, flag()] = True
+    neighbours: Annotated[int | Literal["all"], NEIGHBOURS] = "all"
+    finite_size: Annotated[bool, flag()] = False
 
     @property
     def matrix(self) -> np.ndarray:

@@ -6,7 +6,6 @@ from poses import random_chain
 
 import nrchain
 from nrchain.charts import ChartedChain
-from nrchain.effects.strain import Strain
 from nrchain.errors import SceneError
 from nrchain.model import Model
 
@@ -58,44 +57,44 @@ def test_spheres_follow_a_background_flow(gradient):
     assert e1 == pytest.approx(np.tile([np.cos(2 * spin), np.sin(2 * spin), 0], (4, 1)), abs=1e-5)
 
 
-def strain_twists(positions, gradient, **changes):
-    scene = make(len(positions), **{"flow.gradient": gradient}, **changes)
-    twists = np.zeros((len(positions), 6))
-    frames = np.broadcast_to(np.eye(3), (len(positions), 3, 3)).copy()
-    Strain(scene).add_twists(np.ascontiguousarray(positions, float), frames, twists)
-    return twists
+@pytest.mark.parametrize("friction", ["one-body", "pairwise"])
+def test_the_disturbance_is_that_of_all_pairs_and_asks_nothing_of_the_slip(friction):
+    """20 passive spheres in an extension: sphere k is slowed by (5a³/2d²) E Σ ± 1/m²."""
+    count, d, radius, rate = 20, 5.0, 1.2, 0.8
+    gradient = np.diag([rate, -rate / 2, -rate / 2])
+    changes = {"chain.spacing": d, "chain.radius": radius, "friction": friction}
+    scene = make(count, **changes, **{"flow.gradient": gradient})
+    x, frames = d * np.arange(count), np.broadcast_to(np.eye(3), (count, 3, 3)).copy()
+
+    def slowed(scene):
+        """In units of what one neighbour does."""
+        twists = Model(scene).twists(x[:, None] * [1.0, 0.0, 0.0], frames)
+        return (rate * x - twists[:, 0]) / (2.5 * radius**3 * rate / d**2)
+
+    places = range(count)
+    sums = [sum(np.sign(k - m) / (k - m) ** 2 for m in places if m != k) for k in places]
+    assert slowed(scene) == pytest.approx(np.array(sums), abs=1e-12 * count * d**3)
+    # ζ(2), less its tail, at the end; nearest neighbours alone give 1 there, and 0 beside it
+    assert slowed(scene)[[-1, -2]] == pytest.approx([1.5936, 0.5909], abs=1e-4)
+    near = slowed(nrchain.load_scene(scene, **{"flow.neighbours": 1}))
+    assert near[[-1, -2]] == pytest.approx([1.0, 0.0], abs=1e-10)
 
 
-def test_a_pair_in_a_strain_comes_apart_more_slowly_by_five_a_cubed():
-    """Batchelor & Green: the relative velocity lacks A(r) of E·r along the line, A = 5(a/r)³."""
-    separation = 7.0 * np.array([2.0, 3.0, 6.0]) / 7.0
-    gradient = [[0.2, 0.3, 0.1], [0.3, -0.1, 0.0], [0.1, 0.0, -0.1]]
-    twists = strain_twists([np.zeros(3), separation], gradient)
+@pytest.mark.parametrize("friction", ["one-body", "pairwise"])
+def test_finite_size_takes_its_part_off_the_relative_velocity_of_a_pair(friction):
+    """Batchelor & Green: A = 5/ρ³ − 8/ρ⁵ along the line, B = 16/3ρ⁵ across it, in a whole model."""
+    radius, rho = 1.5, 4.0
+    separation = rho * radius * np.array([2.0, 3.0, 6.0]) / 7.0
+    strain = np.array([[0.2, 0.3, 0.1], [0.3, -0.1, 0.0], [0.1, 0.0, -0.1]])
+    changes = {"chain.radius": radius, "friction": friction, "flow.finite_size": True}
+    model = Model(make(2, **changes, **{"flow.gradient": strain}))
+    frames = np.broadcast_to(np.eye(3), (2, 3, 3)).copy()
+    twists = model.twists(np.array([np.zeros(3), separation]), frames)
+    pulled = strain @ separation
+    lengthwise = separation * (separation @ pulled) / (separation @ separation)
+    lost = (5 / rho**3 - 8 / rho**5) * lengthwise + 16 / 3 / rho**5 * (pulled - lengthwise)
     relative = twists[1, :3] - twists[0, :3]
-    along = separation @ np.array(gradient) @ separation / 7.0**2
-    assert relative == pytest.approx(-5.0 / 7.0**3 * along * separation, rel=1e-12)
-
-
-def test_the_disturbance_is_a_stokes_flow_whose_half_curl_turns():
-    """No divergence, harmonic vorticity, and w = ½ curl u, by differences; radius as its cube."""
-    gradient = [[0.2, 0.3, 0.4], [0.0, -0.1, 0.0], [0.1, 0.2, -0.1]]
-
-    def flow(x):
-        return strain_twists([np.zeros(3), x], gradient)[1]
-
-    point, step = np.array([3.0, -4.0, 5.0]), 1e-4
-    units = step * np.eye(3)
-    slopes = np.array([(flow(point + u) - flow(point - u)) / (2 * step) for u in units])
-    gradient_of_u = slopes[:, :3]
-    assert np.trace(gradient_of_u) == pytest.approx(0.0, abs=1e-10)
-    half_curl = [(gradient_of_u[k - 2, k - 1] - gradient_of_u[k - 1, k - 2]) / 2 for k in range(3)]
-    assert flow(point)[3:] == pytest.approx(half_curl, abs=1e-10)
-    step = 1e-2
-    units = step * np.eye(3)
-    laplacian = sum(flow(point + u) + flow(point - u) - 2 * flow(point) for u in units) / step**2
-    assert laplacian[3:] == pytest.approx(0.0, abs=1e-5 * np.abs(flow(point)[3:]).max())
-    small = strain_twists([np.zeros(3), point], gradient, **{"chain.radius": 0.5})[1]
-    assert small == pytest.approx(flow(point) / 8.0)
+    assert relative == pytest.approx(pulled - lost, rel=1e-12)
 
 
 def test_a_rigid_rotation_is_not_disturbed():
@@ -107,12 +106,17 @@ def test_a_rigid_rotation_is_not_disturbed():
 @pytest.mark.parametrize("ends", ["free", "clamped", "periodic"])
 @pytest.mark.parametrize("friction", ["one-body", "pairwise"])
 @pytest.mark.parametrize("reach", [2, "all"])
-def test_they_enter_the_model_with_their_derivatives(ends, friction, reach):
+@pytest.mark.parametrize("size", [False, True])
+def test_they_enter_the_model_with_their_derivatives(ends, friction, reach, size):
     scene = make(
         6,
-        **{"chain.ends": ends, "chain.spacing": 4.0, "friction": friction},
-        **{"slip.neighbours": reach, "elasticity": {"stretch": 2.0, "shear": 3.0}},
-        flow={"gradient": [[0, 0.3, 0.1], [0, 0.2, 0.4], [0, -0.3, -0.2]]},
+        **{"chain.ends": ends, "chain.spacing": 4.0, "chain.radius": 1.3, "friction": friction},
+        elasticity={"stretch": 2.0, "shear": 3.0},
+        flow={
+            "gradient": [[0, 0.3, 0.1], [0, 0.2, 0.4], [0, -0.3, -0.2]],
+            "neighbours": reach,
+            "finite_size": size,
+        },
         field={"torque": [1.0, 2.0, 3.0], "body_torque": [3.0, -1.0, 2.0]},
     )
     chain = ChartedChain(Model(scene))
@@ -145,6 +149,10 @@ def test_bases_fall_with_the_chain_through_the_fluid():
     ("changes", "key"),
     [
         ({"flow.gradient": EXTENSION, "chain.ends": "periodic"}, "flow.gradient"),
+        (
+            {"flow.gradient": SHEAR, "chain.ends": "periodic", "flow.neighbours": 10**6},
+            "flow.neighbours",
+        ),
     ],
 )
 def test_what_has_no_meaning_is_refused(changes, key):
@@ -157,10 +165,16 @@ def test_what_has_no_meaning_is_refused(changes, key):
     "changes",
     [
         {"flow.gradient": SHEAR, "chain.ends": "periodic"},
+        {"flow.gradient": SHEAR, "chain.ends": "periodic", "flow.finite_size": True},
         {"field.force": [1, 0, 0], "chain.ends": "periodic"},
         {"field.torque": [1, 0, 0], "chain.ends": "periodic", "friction": "pairwise"},
         {"field.force": [1, 0, 0], "chain.ends": "clamped", "friction": "pairwise"},
-        {"flow.gradient": EXTENSION, "chain.ends": "clamped", "run.end": 0.5},
+        {
+            "flow.gradient": EXTENSION,
+            "chain.ends": "clamped",
+            "friction": "pairwise",
+            "run.end": 0.5,
+        },
     ],
 )
 def test_what_has_a_meaning_runs(changes):
