@@ -20,6 +20,7 @@ from nrchain.arguments import a_scene
 from nrchain.chain import initial_poses
 from nrchain.effects.slip import active_modes
 from nrchain.errors import SceneError
+from nrchain.flow_forces import stokeslet_warning
 from nrchain.lattice import Branch, lattice_rates, steady_stress
 from nrchain.scene import DEFAULT_RATIO, Scene, load_scene
 from nrchain.seed import BARELY, seed_warning
@@ -62,12 +63,13 @@ class Load:
 def warnings(scene: Scene) -> list[str]:
     """What to know before a scene runs, one sentence each with its numbers and a remedy.
 
-    Empty for a scene in the beam limit whose tolerance is above the rounding of its springs, and
-    whose start is above that tolerance where it grows. A scene that no plane wave describes (axes
-    that turn the chain across itself, a flow whose sum over an endless chain diverges) cannot be
-    judged, which is said instead.
+    Empty for a scene in the beam limit whose tolerance is above the rounding of its springs, whose
+    start is above that tolerance where it grows, and which keeps no smaller flow beside a larger
+    one that it drops. A scene that no plane wave describes (axes that turn the chain across itself,
+    a flow whose sum over an endless chain diverges) cannot be judged, which is said instead.
     """
     told = [*_beam_warnings(a_scene(scene)), _rounding_warning(scene), _start_warning(scene)]
+    told.append(stokeslet_warning(scene, *initial_poses(scene)))
     return [text for text in told if text]
 
 

@@ -23,6 +23,7 @@ from nrchain.arguments import ORTHONORMAL, rotations
 from nrchain.charts import TURN_LIMIT, ChartedChain
 from nrchain.choice import Choice, Watch
 from nrchain.errors import SceneError, SceneWarning, TrajectoryError
+from nrchain.flow_forces import stokeslet_warning
 from nrchain.folders import made
 from nrchain.growth import GrowthWatch
 from nrchain.guard import Guard, Poses
@@ -308,7 +309,8 @@ def simulate(
     Warns
     -----
     SceneWarning
-        For a start that is straight, or hardly above ``run.atol``, on a chain whose waves grow.
+        For a start that is straight, or hardly above ``run.atol``, on a chain whose waves grow, and
+        for spheres held or pushed against a background flow with one-body friction.
 
     Raises
     ------
@@ -327,9 +329,11 @@ def simulate(
         from nrchain.auto import choose
 
         scene, choice = choose(scene, poses)
-    told = seed_warning(scene, *poses)
-    if told:
-        warnings.warn(told, SceneWarning, stacklevel=2)
+    told = [seed_warning(scene, *poses)]
+    if choice is None:  # where effects were chosen, what they drop is bounded
+        told.append(stokeslet_warning(scene, *poses))
+    for text in filter(None, told):
+        warnings.warn(text, SceneWarning, stacklevel=2)
     if output is None:
         memory = Memory(scene)
         with deferred() as interruption, interruption.second_at_once():
