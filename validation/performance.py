@@ -301,6 +301,7 @@ def _absent(recorder: Recorder) -> None:
     rounds = 9 if recorder.quick else 41
     far = {**ALL_PAIRS, "slip.2s": 100.0}
     zeros = {label: 0.0 for label in MODES if label != "slip.2s"}
+    shear = {"flow.gradient": [[0, 1e-3, 0], [0] * 3, [0] * 3]}
     cases: list[tuple[str, dict, dict]] = [
         ("3a, 3t and 4a beside 2s, all pairs", far, {**ALL_PAIRS, **MODES}),
         ("zero strengths of 3a, 3t, 4a, all pairs", far, {**far, **zeros}),
@@ -312,7 +313,8 @@ def _absent(recorder: Recorder) -> None:
         ("twist and bend, passive", {"elasticity.twist": 0.0, "elasticity.bend": 0.0}, {}),
         ("stretch and shear, passive", {"elasticity.stretch": 0.0, "elasticity.shear": 0.0}, {}),
         ("uniform force", {}, {"field.force": [0.0, 0.0, -1.0]}),
-        ("shear flow and its disturbance", {}, {"flow.gradient": [[0, 1e-3, 0], [0] * 3, [0] * 3]}),
+        ("shear flow and its disturbance, neighbours", {}, {**shear, "flow.neighbours": 1}),
+        ("shear flow and its disturbance, all pairs", {}, shear),
     ]
     rows = []
     for name, less, more in cases:
