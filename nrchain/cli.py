@@ -2,7 +2,8 @@
 
 What is heavy is imported by the command that needs it, so that ``nrchain --help`` is immediate.
 Exit codes: 0, done; 2, refused, with one line on what is wrong; 3, a run that stopped early and
-kept what it reached; 130, interrupted. A picture or a table that cannot be written does not
+kept what it reached; 130, interrupted; 141, without a word, where whoever reads the output of a
+command has gone away, as ``| head`` does. A picture or a table that cannot be written does not
 change the code of a run, whose data are in its file.
 """
 
@@ -11,7 +12,7 @@ from __future__ import annotations
 import shlex
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -22,9 +23,17 @@ from typer.core import TyperGroup
 
 from nrchain import __version__
 from nrchain.cli_tables import counters_table, effects_table, plain_table, work_table
-from nrchain.errors import NrchainError, SceneWarning, TrajectoryError
+from nrchain.errors import NrchainError, SceneError, SceneWarning, TrajectoryError
 from nrchain.interruption import INTERRUPTED
-from nrchain.terminal import complain, console, let_go, show, spell_out
+from nrchain.terminal import (
+    READER_GONE,
+    complain,
+    complain_of,
+    console,
+    let_go,
+    show,
+    spell_out,
+)
 
 if TYPE_CHECKING:
     from nrchain.choice import Choice
@@ -52,10 +61,21 @@ class _OneLineGroup(TyperGroup):
             message = " ".join(error.format_message().split()).rstrip(".")
             complain(f"{message}; see {where} --help")
             code = REFUSED
+        except SystemExit as end:
+            # what Typer itself makes of a reader that has gone away while it shows a help text
+            if not isinstance(end.__context__, BrokenPipeError):
+                raise
+            code = READER_GONE
         except OSError as error:
-            complain(let_go(error))
-            code = REFUSED
+            let_go()
+            complain_of(error)
+            code = _unwritten(error)
         sys.exit(code if isinstance(code, int) else 0)
+
+
+def _unwritten(error: OSError) -> int:
+    """The exit code of a command whose output cannot be written."""
+    return READER_GONE if isinstance(error, BrokenPipeError) else REFUSED
 
 
 app = typer.Typer(
@@ -95,7 +115,8 @@ def main() -> None:
             if sys.stdout is not None:
                 sys.stdout.flush()
         except OSError as error:
-            complain(let_go(error))
+            let_go()
+            complain_of(error)
 
 
 @contextmanager
@@ -117,14 +138,14 @@ def _reporting() -> Iterator[None]:
 def _show(*things: Any, **how: Any) -> None:
     """Print, or end with one line on why that is not possible."""
     if failure := show(*things, **how):
-        complain(failure)
-        raise typer.Exit(REFUSED)
+        complain_of(failure)
+        raise typer.Exit(_unwritten(failure))
 
 
 def _mention(*things: Any, **how: Any) -> None:
     """Print beside a run, which goes on where that is not possible, and says so."""
     if failure := show(*things, **how):
-        complain(f"note: {failure}")
+        complain_of(failure, "note: ")
 
 
 def _show_version(wanted: bool) -> None:
@@ -149,7 +170,12 @@ def run(
     scene: SceneName,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", help="Directory to write to.", show_default="runs/SCENE"),
+        typer.Option(
+            "-o",
+            "--output",
+            help="Directory, or file that ends in .h5, to write to.",
+            show_default="runs/SCENE",
+        ),
     ] = None,
     changes: Changes = None,
     overwrite: Annotated[
@@ -159,24 +185,24 @@ def run(
     """Run a scene; write its trajectory and a picture."""
     from nrchain.effects.registry import acting
     from nrchain.folders import made
-    from nrchain.h5md import FILE_NAME
     from nrchain.regime import warnings
-    from nrchain.run import simulate
+    from nrchain.run import output_file, simulate
 
+    place = output or Path("runs") / Path(scene).stem
+    folder, file = output_file(place)
     what, choice = _chosen(scene, changes)
     said = warnings(what)
     _warn(what, said)
     names = ", ".join(effect.name for effect in acting(what)) or "none"
     _mention(f"effects     {names}", soft_wrap=True)
-    directory = output or Path("runs") / Path(scene).stem
     with (
-        made(directory),
-        _progress_bar(directory) as report,
+        made(folder) if folder else nullcontext(),
+        _progress_bar(place) as report,
         _telling(said),
     ):
         trajectory = simulate(
             what,
-            output=directory / FILE_NAME,
+            output=file,
             overwrite=overwrite,
             progress=report,
             choice=choice,
@@ -226,7 +252,12 @@ def resume(
 ) -> None:
     """Go on with a run that was killed or interrupted."""
     from nrchain.run import resume as go_on
+    from nrchain.trajectory import Trajectory
 
+    directory = _place_of(directory)
+    done = Trajectory.open(directory)
+    if done.status == "completed":
+        complain(f"note: {done.path} is complete, and nothing is left to do")
     with _progress_bar(directory) as report, _telling([]):
         trajectory = go_on(directory, unwatched=unwatched, progress=report)
     _finish(trajectory)
@@ -276,8 +307,12 @@ def plot(
     of_effects: Annotated[
         bool, typer.Option("--effects", help="Draw what each effect does, not the chain.")
     ] = False,
-    view: Annotated[View, typer.Option(help="Three projections, or space.")] = View.planes,
-    times: Annotated[int, typer.Option(min=1, help="How many states to draw.")] = 6,
+    view: Annotated[
+        View | None, typer.Option(help="Three projections, or space.", show_default="planes")
+    ] = None,
+    times: Annotated[
+        int | None, typer.Option(min=1, help="How many states to draw.", show_default="6")
+    ] = None,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace the file that -o names.")
     ] = False,
@@ -287,7 +322,13 @@ def plot(
     from nrchain.plots import draw_chain
     from nrchain.trajectory import Trajectory
 
-    trajectory = Trajectory.open(directory)
+    if of_effects and (view or times):
+        raise SceneError(
+            "--view" if view else "--times",
+            view.value if view else times,
+            "is for pictures of the chain; take it or --effects out",
+        )
+    trajectory = Trajectory.open(_place_of(directory))
     if output is not None and not overwrite:
         with refusing(output, "cannot be drawn"):
             if output.exists():
@@ -298,9 +339,10 @@ def plot(
         path = draw_effects(trajectory, output or _beside(trajectory, EFFECTS_PICTURE))
         _show(str(path), soft_wrap=True)
         return
-    name = PICTURE if view is View.planes else PICTURE_IN_SPACE
+    shown = view or View.planes
+    name = PICTURE if shown is View.planes else PICTURE_IN_SPACE
     path = output or _beside(trajectory, name)
-    _show(str(draw_chain(trajectory, path, view=view.value, times=times)), soft_wrap=True)
+    _show(str(draw_chain(trajectory, path, view=shown.value, times=times or 6)), soft_wrap=True)
 
 
 @app.command()
@@ -337,6 +379,14 @@ def cost(
             *(f"  {line}" for line in advice.lines()),
             soft_wrap=True,
         )
+
+
+def _place_of(given: Path) -> Path:
+    """The directory or file of a run; one that is not there is refused with where it may be."""
+    meant = Path("runs") / given
+    if not given.exists() and meant.exists():
+        raise TrajectoryError(f"{given}: there is no such trajectory; did you mean {meant}?")
+    return given
 
 
 def _chosen(name: str, changes: Sequence[str] | None) -> tuple[Scene, Choice | None]:
@@ -417,9 +467,12 @@ def _progress_bar(directory: Path) -> Iterator[Callable[[Progress], None]]:
 
 
 def _beside(trajectory: Trajectory, name: str = PICTURE) -> Path:
-    """Where the picture of a trajectory goes."""
+    """Where the picture of a trajectory goes; of a file named by its user, with that name."""
+    from nrchain.h5md import FILE_NAME
+
     assert trajectory.path is not None
-    return trajectory.path.with_name(name)
+    of = "" if trajectory.path.name == FILE_NAME else f"{trajectory.path.stem}-"
+    return trajectory.path.with_name(of + name)
 
 
 def _finish(trajectory: Trajectory) -> None:

@@ -10,6 +10,7 @@ installation compiles them, and differs from later ones in rounding.
 
 from __future__ import annotations
 
+import re
 import time as clock
 import warnings
 from collections.abc import Callable
@@ -48,6 +49,11 @@ STALLED = 1e-9
 SHIFT_LIMIT = 1e3
 """Lengths of the chain by which it may outrun the drift of its base: a fresh one knows it better,
 and coordinates that have become large lose the digits of what happens between the spheres."""
+
+ENDINGS = (".h5", ".hdf5", ".h5md")
+"""Of trajectory files."""
+
+_ENDING = re.compile(r"\.[A-Za-z]\w*")
 
 CHART_LIMIT = 2e3
 """|θ| = 2 tan(α/2) at which a chart is no longer to be trusted: 1e-3 rad from a half turn."""
@@ -284,8 +290,8 @@ def simulate(
     scene
         What to simulate; see :func:`nrchain.load_scene`.
     output
-        File (a name with an ending), or directory for a ``trajectory.h5``, which is made if need
-        be, to write as the run goes; none: memory only.
+        File (``.h5``, ``.hdf5`` or ``.h5md``), or directory for a ``trajectory.h5``, which is made
+        if need be, to write as the run goes; none: memory only.
     overwrite
         Whether an existing file may be replaced.
     progress
@@ -341,7 +347,7 @@ def simulate(
                 scene, memory, progress, interruption, poses, choice=choice, told=bool(told)
             ).go()
         return replace(memory.trajectory(scene, stop), choice=choice)
-    folder, path = _output_file(output)
+    folder, path = output_file(output)
     with (
         deferred() as interruption,
         made(folder) if folder else nullcontext(),
@@ -356,13 +362,21 @@ def simulate(
         return _finish(writer, stop)
 
 
-def _output_file(output: str | Path) -> tuple[Path | None, Path]:
-    """The folder to make, if one is named, and the file: ``output`` itself if it has an ending."""
+def output_file(output: str | Path) -> tuple[Path | None, Path]:
+    """The folder to make, if one is named, and the file: ``output`` itself if it ends as one.
+
+    A dot and a number, as in ``runs/R1e7.5``, make no ending. Raises
+    :class:`~nrchain.errors.TrajectoryError` for the ending of another kind of file.
+    """
     path = Path(output)
     with refusing(path, "cannot be made"):
-        if path.suffix and not path.is_dir():
-            return None, path
-    return path, path / FILE_NAME
+        if path.is_dir() or not _ENDING.fullmatch(path.suffix):
+            return path, path / FILE_NAME
+    if path.suffix.lower() not in ENDINGS:
+        raise TrajectoryError(
+            f"{path}: must be a folder, or a file that ends in {', '.join(ENDINGS)}"
+        )
+    return None, path
 
 
 def resume(

@@ -18,6 +18,9 @@ from typing import Any
 from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.scene_rules import Section, did_you_mean
 
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+"""What a trajectory file begins with."""
+
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
@@ -38,12 +41,15 @@ def read_source(source: str | os.PathLike[str]) -> dict[str, Any]:
     path = _shipped() / f"{source}.toml" if source in scene_names() else Path(source)
     try:
         content = path.read_bytes()
-    except FileNotFoundError:
+    except (FileNotFoundError, IsADirectoryError):
         allowed = f"is neither a file nor a shipped scene: {_offer(path.stem)}"
         raise SceneError("scene", str(source), allowed) from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise SceneError("scene", str(source), f"cannot be read: {reason}") from None
+    if content.startswith(_HDF5):
+        allowed = "is a trajectory; Trajectory.open(...).scene is its scene, nrchain resume goes on"
+        raise SceneError("scene", str(source), f"{allowed} with it, and nrchain plot draws it")
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -49,7 +49,7 @@ class _Plain(Console):
     """A console that shows what it is given: brackets in a title or a path are no markup."""
 
     def on_broken_pipe(self) -> None:
-        """Have the reader who has gone away reported as any stream that cannot be written."""
+        """Have a reader who has gone away found as any stream that cannot be written."""
         raise
 
     def render_str(self, text: str, **how: Any) -> Text:
@@ -69,8 +69,12 @@ def spell_out() -> None:
             stream.reconfigure(errors=SPELT)
 
 
-def show(*things: Any, whole: bool = False, **how: Any) -> str:
-    """Print to standard output; what prevents it, or nothing. Then all output is let go.
+READER_GONE = 141
+"""Exit code of a program that a shell sees end with SIGPIPE, as under ``| head``: 128 + 13."""
+
+
+def show(*things: Any, whole: bool = False, **how: Any) -> OSError | None:
+    """Print to standard output; what prevents it, if anything. Then all output is let go.
 
     What is to be shown ``whole`` is let run over the edge of a narrow terminal.
     """
@@ -85,17 +89,23 @@ def show(*things: Any, whole: bool = False, **how: Any) -> str:
         if sys.stdout is not None:
             sys.stdout.flush()
     except OSError as error:
-        return let_go(error)
-    return ""
+        let_go()
+        return error
+    return None
 
 
-def let_go(error: OSError) -> str:
-    """Send standard output nowhere from here on, and say what prevents it."""
+def let_go() -> None:
+    """Send standard output nowhere from here on."""
     with contextlib.suppress(OSError, ValueError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, sys.stdout.fileno())
         os.close(nowhere)
-    return f"standard output: {error.strerror}"
+
+
+def complain_of(error: OSError, note: str = "") -> None:
+    """One line on why standard output cannot be written; none of a reader that has gone away."""
+    if not isinstance(error, BrokenPipeError):
+        complain(f"{note}standard output: {error.strerror}")
 
 
 def complain(line: str) -> None:

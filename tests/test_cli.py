@@ -25,11 +25,11 @@ from nrchain.cli import (
 )
 from nrchain.cli_tables import work_table
 from nrchain.cost import Point, WorkPrecision
-from nrchain.errors import BackendError
+from nrchain.errors import BackendError, TrajectoryError
 from nrchain.h5md import FILE_NAME
 from nrchain.run import Progress
 from nrchain.scene import load_scene, scene_names
-from nrchain.terminal import SPELT, show
+from nrchain.terminal import READER_GONE, SPELT, show
 from nrchain.timing import Measured
 from nrchain.trajectory import Trajectory, TrajectoryWriter
 
@@ -367,15 +367,107 @@ def test_output_that_cannot_be_written_is_told_of(tmp_path):
     assert (listed.returncode, listed.stderr) == (REFUSED, f"nrchain: {told}")
 
 
-def test_a_reader_that_has_gone_away_is_told_of():
+SMALL = ("--set", "chain.particles=3", "--set", "run.end=0.1", "--set", "run.snapshots=2")
+
+
+@pytest.mark.parametrize("command", [["effects"], ["scenes"], ["--help"], ["--version"]])
+def test_a_reader_that_has_gone_away_ends_a_command_without_a_word(command):
+    """As ``nrchain effects | head`` does: 128 and the number of SIGPIPE, which shells expect."""
     reader, writer = os.pipe()
     os.close(reader)
-    listed = program("effects", stdout=writer)
+    listed = program(*command, stdout=writer)
     os.close(writer)
-    assert (listed.returncode, listed.stderr) == (
-        REFUSED,
-        "nrchain: standard output: Broken pipe\n",
-    )
+    assert (listed.returncode, listed.stderr) == (READER_GONE, "")
+    assert READER_GONE == 128 + signal.SIGPIPE
+
+
+def test_a_run_whose_reader_has_gone_away_is_done_without_a_word(tmp_path):
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = program("run", "passive", "-o", tmp_path, *SMALL, stdout=writer)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert Trajectory.open(tmp_path).status == "completed"
+    assert (tmp_path / PICTURE).exists()
+
+
+def test_a_file_is_made_where_one_is_named(tmp_path, stub):
+    """As nrchain.simulate does; its picture is named after it, so that runs may lie together."""
+    for name in ("one.h5", "two.HDF5"):
+        done = call("run", "passive", "-o", tmp_path / name)
+        assert done.exit_code == 0, done.stderr
+        assert Trajectory.open(tmp_path / name).path == tmp_path / name
+    found = {"one.h5", "one-chain.png", "two.HDF5", "two-chain.png"}
+    assert {file.name for file in tmp_path.iterdir()} == found
+    drawn = call("plot", tmp_path / "one.h5", "--view", "3d")
+    assert drawn.stdout.strip() == str(tmp_path / "one-chain-3d.png")
+
+
+def test_a_dot_and_a_number_are_no_ending(tmp_path, stub):
+    assert call("run", "passive", "-o", tmp_path / "R1e7.5").exit_code == 0
+    assert Trajectory.open(tmp_path / "R1e7.5").path == tmp_path / "R1e7.5" / FILE_NAME
+
+
+@pytest.mark.parametrize("name", ["a.png", "b.toml", "c.txt"])
+def test_the_ending_of_another_kind_of_file_is_refused(tmp_path, stub, name):
+    assert_refused(call("run", "passive", "-o", tmp_path / name), name, ".h5, .hdf5, .h5md")
+    assert stub.scene is None
+    assert not any(tmp_path.iterdir())
+    with pytest.raises(TrajectoryError, match=r"ends in \.h5"):
+        nrchain.run.output_file(tmp_path / name)
+    (tmp_path / name).mkdir()
+    assert call("run", "passive", "-o", tmp_path / name).exit_code == 0
+
+
+def test_resuming_what_is_complete_says_so(tmp_path):
+    assert call("run", "passive", "-o", tmp_path, *SMALL).exit_code == 0
+    before = (tmp_path / FILE_NAME).read_bytes()
+    told = f"note: {tmp_path / FILE_NAME} is complete, and nothing is left to do"
+    assert_refused(call("resume", tmp_path), told, code=0)
+    assert (tmp_path / FILE_NAME).read_bytes() == before
+
+
+@pytest.mark.parametrize("flag", [("--view", "3d"), ("--view", "planes"), ("--times", "3")])
+def test_flags_that_do_nothing_for_effects_are_refused(tmp_path, stub, flag):
+    assert call("run", "passive", "-o", tmp_path).exit_code == 0
+    told = call("plot", tmp_path, "--effects", *flag)
+    assert_refused(told, f"{flag[0]} = ", "is for pictures of the chain", "--effects")
+    assert not (tmp_path / "effects.png").exists()
+
+
+@pytest.mark.parametrize("command", ["plot", "resume"])
+def test_a_run_that_lies_in_runs_is_offered(tmp_path, stub, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    assert call("run", "passive").exit_code == 0
+    meant = Path("runs") / "passive"
+    assert_refused(call(command, "passive"), f"did you mean {meant}?")
+    assert call(command, meant).exit_code == 0
+    assert_refused(call(command, "other"), "there is no such trajectory")
+
+
+def test_what_is_no_scene_is_refused_with_what_it_is(tmp_path, stub):
+    assert call("run", "passive", "-o", tmp_path).exit_code == 0
+    trajectory = call("run", tmp_path / FILE_NAME, "-o", tmp_path / "again")
+    assert_refused(trajectory, "is a trajectory", "nrchain resume", "nrchain plot")
+    folder = call("run", tmp_path, "-o", tmp_path / "again")
+    assert_refused(folder, "is neither a file nor a shipped scene")
+
+
+@pytest.mark.parametrize(
+    ("change", "parts"),
+    [
+        ("steric=wca", ["steric = 'wca'", "did you mean steric.kind = 'wca'?"]),
+        ("slip.2S=60", ["slip.2S = 60", "did you mean '2s'?"]),
+        ("slip.2s", ["slip.2s is not given", "key=value, such as slip.2s=50"]),
+        ("chain.particles=1e1", ["chain.particles = 10.0", "did you mean 10?"]),
+        ("slip.finite_size=True", ["did you mean true?"]),
+    ],
+)
+def test_a_change_that_is_refused_says_what_to_write(tmp_path, stub, change, parts):
+    told = call("run", "passive", "-o", tmp_path / "out", "--set", change)
+    assert_refused(told, *parts)
+    assert "assignment" not in told.stderr
+    assert "registered" not in told.stderr
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
@@ -434,7 +526,7 @@ def test_the_table_of_costs_is_shown_whole(monkeypatch):
     found = WorkPrecision(load_scene("passive"), 1.0, points, "cvode", 1e-9)
     shown = StringIO()
     monkeypatch.setattr(sys, "stdout", shown)
-    assert show(work_table(found), whole=True) == ""
+    assert show(work_table(found), whole=True) is None
     for number in ("1.0e-03", "0.012", "12345678", "23456789", "34567890"):
         assert number in shown.getvalue()
 
