@@ -355,7 +355,8 @@ def cost(
         typer.Option(help="Global error to reach, in radii and radians: which setting to use."),
     ] = None,
     budget: Annotated[
-        float, typer.Option(help="Seconds that the short runs take together, about.")
+        float,
+        typer.Option(help="Work of the short runs together, in seconds counted, not timed."),
     ] = 30.0,
 ) -> None:
     """Measure what the accuracy of a scene costs, by short runs."""
@@ -477,10 +478,14 @@ def _beside(trajectory: Trajectory, name: str = PICTURE) -> Path:
 
 def _finish(trajectory: Trajectory) -> None:
     """Draw the picture, print what was done and where it is, and exit by how it ended."""
+    from nrchain.work import DEFINITION
+
     places = [f"trajectory  {trajectory.path}"] if trajectory.path else []
     if picture := _picture(trajectory):
         places.append(f"picture     {picture}")
-    _mention(counters_table(trajectory), effects_table(trajectory))
+    _mention(counters_table(trajectory))
+    _mention(DEFINITION, soft_wrap=True)
+    _mention(effects_table(trajectory))
     _mention(*places, soft_wrap=True)
     if trajectory.path is None:
         complain(f"nothing is kept: {trajectory.reason or 'the file was removed meanwhile'}")

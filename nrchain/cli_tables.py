@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rich import box
 from rich.table import Table
 
-from nrchain.wording import span
+from nrchain.wording import digits, span
 
 if TYPE_CHECKING:
     from nrchain.cost import WorkPrecision
@@ -29,13 +29,24 @@ def counters_table(trajectory: Trajectory) -> Table:
         "evaluations": f"{counters.get('evaluations', 0):.0f}",
         "Jacobians": f"{counters.get('jacobians', 0):.0f}",
         "solves": f"{counters.get('solves', 0):.0f}",
-        "wall time": f"{counters.get('wall_time', 0.0):.2f} s",
+        "processor\ntime": _processor_time(trajectory),
+        "wall\ntime": f"{counters.get('wall_time', 0.0):.2f} s",
     }
     table = plain_table()
     for title in entries:
         table.add_column(title, justify="right")
     table.add_row(*entries.values())
     return table
+
+
+def _processor_time(trajectory: Trajectory) -> str:
+    """Seconds of the steps that were taken, in words."""
+    from nrchain.work import FEWEST_STEPS, cost_of
+
+    cost = cost_of(trajectory)
+    if 0 < cost.work.steps < FEWEST_STEPS:
+        return "not known"
+    return f"{digits(cost.seconds)} s"
 
 
 def effects_table(trajectory: Trajectory) -> Table:
@@ -56,11 +67,12 @@ def effects_table(trajectory: Trajectory) -> Table:
 
 
 def work_table(found: WorkPrecision) -> Table:
-    """Error and cost of every setting; the whole run's only where it is extrapolated."""
+    """Error, work and time of every setting; the whole run's only where it is extrapolated."""
     table = Table(box=box.SIMPLE_HEAD, header_style="bold", show_edge=False, padding=(0, 1, 0, 0))
     whole = ["whole run"] if found.part < 1.0 else []
     table.add_column("setting", no_wrap=True)
-    for title in ("error", "seconds", *whole, "steps", "evalu-\nations", "Jaco-\nbians"):
+    counts = "steps", "evalu-\nations", "Jaco-\nbians", "solves"
+    for title in ("error", *counts, "seconds", *whole):
         table.add_column(title, justify="right", no_wrap=True)
     axis = ""
     for point in found.points:
@@ -69,17 +81,13 @@ def work_table(found: WorkPrecision) -> Table:
             table.add_section()
             table.add_row(axis, style="bold")
         measured = point.measured
-        counts = (measured.steps, measured.evaluations, measured.jacobians)
+        seconds = found.whole_run(measured)
+        in_all = span(*map(digits, seconds), sign="–") if seconds else "not known"
         table.add_row(
             f" {point.setting}",
             f"{measured.error:.1e}" if measured.error else "none",
-            _seconds(measured.median),
-            *(span(*map(_seconds, found.whole_run(measured)), sign="–") for _ in whole),
-            *map(str, counts),
+            *map(str, measured.work),
+            digits(measured.median),
+            *(in_all for _ in whole),
         )
     return table
-
-
-def _seconds(number: float) -> str:
-    """Two or three digits, and no exponent where that is longer."""
-    return f"{number:.0f}" if 100.0 <= number < 1e6 else f"{number:.2g}"

@@ -1,10 +1,11 @@
-"""Error against wall time: what the accuracy of a scene costs, measured on the scene itself.
+"""Error against work: what the accuracy of a scene costs, measured on the scene itself.
 
 Accuracy is bought along three axes: the stepping (integrator and tolerances), the reach of the
 flows, and the hydrodynamic model. :func:`work_precision` runs the scene, or as much of its
-beginning as a budget of wall time allows, along all of them. Errors of the stepping are distances
-from a reference far below all settings tried; those of reach and model are distances from the same
-run with everything the package can simulate.
+beginning as a budget of counted work allows, along all of them. Errors of the stepping are
+distances from a reference far below all settings tried; those of reach and model are distances
+from the same run with everything the package can simulate. What is run, its errors and its counts
+are the same on every machine; the times are those of :mod:`nrchain.work`.
 """
 
 from __future__ import annotations
@@ -18,15 +19,16 @@ from nrchain.errors import SceneError
 from nrchain.scene import Scene, load_scene
 from nrchain.scene_changes import all_pairs, all_sizes, reach_keys
 from nrchain.start import starting_poses
-from nrchain.timing import Measured, measure_all, prepare, run_timed, simulate_quietly
+from nrchain.timing import PILOT, SNAPSHOTS, Measured, foretell, measure_all, simulate_quietly
 from nrchain.trajectory import Trajectory
-from nrchain.wording import span
+from nrchain.wording import digits, span
+from nrchain.work import CARRIED, DEFINITION, FEWEST_STEPS, RunCost, carried
 
 Axis = Literal["stepping", "reach", "model"]
 Changes = dict[str, Any]
 
 BUDGET = 30.0
-"""Seconds of wall time that the short runs of a scene take together, about."""
+"""Nominal seconds (:mod:`nrchain.nominal_cost`) that the short runs take together, about."""
 
 TOLERANCES = {
     "cvode": (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9),
@@ -39,10 +41,8 @@ REFERENCE = "cvode", 1e-12
 SECOND_OPINION = (("radau", 1e-9), ("cvode", 1e-10))
 """Whose distance from the reference is taken for its error; the second where the first cannot."""
 
-PILOT_SHARE = 0.015
+PILOT_SHARE = PILOT / BUDGET
 """Part of the budget that one run at the scene's own setting may take."""
-
-SNAPSHOTS = 33
 
 LIMITS = ("run.max_steps", "run.max_seconds")
 """Budgets that a scene may have of its own; the short runs are made without."""
@@ -72,24 +72,26 @@ class Point:
 class Advice:
     """The cheapest setting for a target, or the most accurate one if none is sure to reach it.
 
-    ``error`` and ``seconds`` (least, most) are those of the whole run; ``sure`` says in sentences
-    how well they are known.
+    ``error`` and ``seconds`` (least, most) of processor time are those of the whole run; where
+    ``known`` is False, of the part that was run. ``seconds`` is None where steps are too few to
+    tell. ``sure`` says in sentences how well they are known.
     """
 
     target: float
     point: Point
     reached: bool
+    known: bool
     error: float
-    seconds: tuple[float, float]
+    seconds: tuple[float, float] | None
     sure: list[str]
 
     def lines(self) -> list[str]:
         """The advice in words: error, cost, and how sure both are."""
-        took = span(*(f"{seconds:.3g}" for seconds in self.seconds))
-        return [
-            f"global error {self.error:.1e}, in {took} s for the whole run",
-            *self.sure,
-        ]
+        time = "a time too short to tell"
+        if self.seconds:
+            time = span(*map(digits, self.seconds)) + " s"
+        whole = "for the whole run" if self.known else "for the part that was run"
+        return [f"global error {self.error:.1e}, in {time} of a processor {whole}", *self.sure]
 
     @property
     def arguments(self) -> str:
@@ -102,11 +104,13 @@ class WorkPrecision:
     """What was measured of a scene, up to t = ``reached``.
 
     ``reference_error`` is the distance of the second opinion from the reference, in radii and
-    radians. ``skipped`` says what was not tried, and why.
+    radians. ``own`` is what the scene costs as it is, the same number as of a run and of a plan.
+    ``skipped`` says what was not tried, and why.
     """
 
     scene: Scene
     reached: float
+    own: RunCost
     points: list[Point]
     reference: str
     reference_error: float
@@ -117,20 +121,16 @@ class WorkPrecision:
         """How much of the run the short runs cover."""
         return self.reached / self.scene.run.end
 
-    def whole_run(self, measured: Measured) -> tuple[float, float]:
-        """Seconds (least, most) of the whole run.
+    def whole_run(self, measured: Measured) -> tuple[float, float] | None:
+        """Seconds (least, most) of processor time of the whole run; None where not known.
 
-        The spread of the repetitions where that is what was run. Else the rest of the run is taken
-        to go at the pace of the second half of the short one, or at that of all of it.
+        The spread of the repetitions, carried on by :func:`nrchain.work.carried`.
         """
-        if self.part == 1.0:
-            return min(measured.seconds), max(measured.seconds)
-        rest = 1.0 / self.part - 1.0
-        paces = 1.0, 2.0 * measured.late
-        return (
-            min(measured.seconds) * (1.0 + rest * min(paces)),
-            max(measured.seconds) * (1.0 + rest * max(paces)),
-        )
+        factors = carried(self.part, measured.late)
+        if factors is None or measured.work.steps < FEWEST_STEPS:
+            return None
+        least, most = factors
+        return min(measured.seconds) * least, max(measured.seconds) * most
 
     def notes(self) -> list[str]:
         """What the numbers are, one line each: the part of the run, the references, the gaps."""
@@ -138,6 +138,8 @@ class WorkPrecision:
             "runs cover the whole run"
             if self.part == 1.0
             else f"runs cover t = 0 to {self.reached:.4g}, {self.part:.2g} of the whole run",
+            f"the scene as it is: {self.own.words()}",
+            f"seconds: {DEFINITION}",
             f"stepping: largest distance from {self.reference}, which an independent run meets to "
             f"{self.reference_error:.1e}",
             "reach, model: largest distance from the run with all that is listed, at the scene's "
@@ -151,23 +153,34 @@ class WorkPrecision:
         """The cheapest stepping whose global error, in radii and radians, is sure to be below.
 
         Sure is a factor of :data:`MARGIN` on what was measured, which is taken to grow in
-        proportion to time where the short runs end before the run does. Raises
+        proportion to time where the short runs end before the run does. Where they cover less
+        than 1/:data:`nrchain.work.CARRIED` of it, nothing is carried on: the advice is for what
+        they cover. Raises
         :class:`~nrchain.errors.SceneError` for a target that is not a number above 0.
         """
         check_target(target)
-        floor = RESOLVED * self.reference_error
+        known = self.part * CARRIED >= 1.0
+        floor, share = RESOLVED * self.reference_error, self.part if known else 1.0
         stepping = [point for point in self.points if point.axis == "stepping"]
-        errors = [max(point.measured.error, floor) / self.part for point in stepping]
+        errors = [max(point.measured.error, floor) / share for point in stepping]
         good = [k for k, error in enumerate(errors) if error * MARGIN <= target]
         if good:
             best = min(good, key=lambda k: stepping[k].measured.median)
         else:
             best = min(range(len(errors)), key=errors.__getitem__)
         point, error = stepping[best], errors[best]
-        sure = list(self._sureness(point, error, target))
-        return Advice(target, point, bool(good), error, self.whole_run(point.measured), sure)
+        times = point.measured.seconds
+        seconds = self.whole_run(point.measured) if known else (min(times), max(times))
+        sure = list(self._sureness(point, error, target, known))
+        return Advice(target, point, bool(good) and known, known, error, seconds, sure)
 
-    def _sureness(self, point: Point, error: float, target: float) -> Iterator[str]:
+    def _sureness(self, point: Point, error: float, target: float, known: bool) -> Iterator[str]:
+        if not known:
+            yield (
+                f"not sure for the whole run: {self.part:.2g} of it was run, nothing is "
+                f"carried on to more than {CARRIED:g} times that, and beyond it neither error nor "
+                "time is known; a larger --budget runs more of it"
+            )
         if not error:
             yield "no two runs differ: the chain does not move"
         elif error * MARGIN <= target:
@@ -183,13 +196,13 @@ class WorkPrecision:
         )
         seconds = point.measured.seconds
         if len(seconds) > 1:
-            took = span(f"{min(seconds):.3g}", f"{max(seconds):.3g}")
+            took = span(digits(min(seconds)), digits(max(seconds)))
             yield f"{len(seconds)} repetitions took {took} s"
         else:
-            yield f"run once, in {seconds[0]:.3g} s: the budget allowed no repetition"
+            yield f"run once, in {digits(seconds[0])} s: the budget allowed no repetition"
         if self.part == 1.0:
             yield "measured over the whole run: nothing is extrapolated"
-        else:
+        elif known:
             yield (
                 f"measured up to t = {self.reached:.4g}, {self.part:.2g} of the run; errors are "
                 "taken to grow in proportion to time and the pace to stay: a chain that buckles, "
@@ -209,10 +222,11 @@ def work_precision(
     budget: float = BUDGET,
     progress: Callable[[str], None] | None = None,
 ) -> WorkPrecision:
-    """Measure error against wall time for a scene, by runs that take some ``budget`` seconds.
+    """Measure error against work for a scene, by runs that take some ``budget`` nominal seconds.
 
     The short runs cover the whole run where it takes less than 1.5 % of the budget, and else
-    as much of its beginning. ``progress`` is told what is being measured. What a scene leaves to
+    as much of its beginning. Nominal seconds are counted, not timed: what is run does not depend on
+    how busy the machine is. ``progress`` is told what is being measured. What a scene leaves to
     ``effects = "auto"`` is chosen first.
 
     Raises :class:`~nrchain.errors.SceneError` for a budget that is not a number above 0, and for
@@ -226,9 +240,8 @@ def work_precision(
         from nrchain.auto import choose
 
         scene, _ = choose(scene)
-    unlimited = load_scene(scene, **dict.fromkeys(LIMITS))
     tell("how much of the run fits the budget")
-    short = _shortened(unlimited, PILOT_SHARE * budget)
+    short, own = _shortened(scene, PILOT_SHARE * budget)
     tell("the reference")
     reference, name, error = _reference(short)
     tell("integrators and tolerances")
@@ -245,26 +258,18 @@ def work_precision(
             if full.status != "completed":
                 skipped.append(f"{axis}: with {list(scenes)[-1]} the run stops {full.reason}")
                 continue
-            found = measure_all(scenes, full, repeats=3, seconds=0.15 * budget)
+            found = measure_all(scenes, full, repeats=3, budget=0.15 * budget)
             points += [Point(axis, name, settings[name], m) for name, m in found.items()]
-    return WorkPrecision(scene, short.run.end, points, name, error, skipped)
+    return WorkPrecision(scene, short.run.end, own, points, name, error, skipped)
 
 
-def _shortened(scene: Scene, allowed: float) -> Scene:
-    """The scene up to a time that it reaches in about as many seconds as allowed."""
-    snapshots = 9 if scene.chain.particles > LARGEST else SNAPSHOTS
-    end = scene.run.end * 4.0**-8
-    prepare(scene)
-    while True:
-        short = load_scene(scene, **{"run.end": end, "run.snapshots": snapshots})
-        trajectory, seconds, late = run_timed(short)
-        if trajectory.status != "completed":
-            allowed_end = f"the run stops {trajectory.reason}; name an end before that"
-            raise SceneError("run.end", scene.run.end, allowed_end)
-        further = min(4.0 * end, scene.run.end)
-        if further == end or seconds * (1.0 + 2.0 * late * (further / end - 1.0)) > allowed:
-            return short
-        end = further
+def _shortened(scene: Scene, allowed: float) -> tuple[Scene, RunCost]:
+    """The scene up to a time that it reaches in as much work as allowed, and what it costs."""
+    found = foretell(scene, allowed, 9 if scene.chain.particles > LARGEST else SNAPSHOTS)
+    if found.trajectory.status != "completed":
+        allowed_end = f"the run stops {found.trajectory.reason}; name an end before that"
+        raise SceneError("run.end", scene.run.end, allowed_end)
+    return found.scene, found.cost
 
 
 def _stepper(scene: Scene, integrator: str, tolerance: float) -> Scene:
@@ -304,10 +309,10 @@ def _stepping(short: Scene, reference: Trajectory, budget: float) -> tuple[list[
 
     def too_long(name: str, found: Mapping[str, Measured]) -> bool:
         looser = [other for other in found if other.split(",")[0] == name.split(",")[0]]
-        return bool(looser) and found[looser[-1]].seconds[0] > budget / 10.0
+        return bool(looser) and found[looser[-1]].nominal > budget / 10.0
 
     scenes = {name: load_scene(short, **change) for name, change in changes.items()}
-    found = measure_all(scenes, reference, seconds=0.6 * budget, skip=too_long)
+    found = measure_all(scenes, reference, budget=0.6 * budget, skip=too_long)
     points = [Point("stepping", name, changes[name], measured) for name, measured in found.items()]
     missing = [name for name in changes if name not in found]
     reason = "not on offer for this chain, or beyond the budget"

@@ -88,18 +88,16 @@ class Estimate:
 class Estimates:
     """All estimates of a scene, the wave whose growth is told, and what they took.
 
-    ``own_evaluations`` are the right-hand sides of the scene by itself up to the time ``probed``,
-    and ``stopped`` is whether its run ends there before its time; ``work`` is that of all probes,
-    in right-hand sides of the scene, by count (:mod:`nrchain.nominal_cost`).
+    ``probed`` is the time that the scene by itself was followed to, for velocities along the way;
+    ``work`` is that of all probes, in right-hand sides of the scene, by count
+    (:mod:`nrchain.nominal_cost`).
     """
 
     scene: Scene
     wave: float | None
     estimates: list[Estimate]
-    own_evaluations: int
     work: float
     probed: float
-    stopped: bool
 
 
 def estimate_effects(
@@ -139,7 +137,7 @@ def estimate_effects(
         for change, along, pair in zip(changes, velocities, pairs, strict=True)
     ]
     work = (own.work + sum(pair.work for pair in pairs)) / evaluation_cost(scene)
-    return Estimates(scene, wave, found, own.evaluations[0], work, own.time, 0 in own.stops)
+    return Estimates(scene, wave, found, work, own.time)
 
 
 def fastest_wave(scene: Scene) -> float | None:

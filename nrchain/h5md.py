@@ -55,8 +55,9 @@ CAUSE = "nrchain/cause"
 REASON = "nrchain/reason"
 CHECKPOINTS = "nrchain/checkpoints"
 
-COUNTERS = ("steps", "evaluations", "jacobians", "solves", "restarts", "wall_time")
-"""What a run counts: whole numbers, and the seconds of ``wall_time``."""
+TIMES = ("wall_time", "processor_time")
+COUNTERS = ("steps", "evaluations", "jacobians", "solves", "restarts", *TIMES)
+"""What a run counts: whole numbers, and the seconds of :data:`TIMES`, see :mod:`nrchain.work`."""
 
 STATUSES = ("running", "completed", "stopped")
 """How a run can stand, by its code in the file; a killed run is left as running."""

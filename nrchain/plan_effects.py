@@ -2,32 +2,32 @@
 
 Contributions are those of :mod:`nrchain.estimate`, and no clock has a part in them. Costs are
 measured: the right-hand side of the scene, with and without the effect, with the products and
-solves that come with it, compiled beforehand.
+solves that come with it, compiled beforehand. What the run will cost is told as for a run that is
+done: see :mod:`nrchain.work`.
 """
 
 from __future__ import annotations
 
 import math
-import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from nrchain.charts import ChartedChain
+from nrchain.errors import SceneError
 from nrchain.estimate import PROBE_TOLERANCE, RESOLUTION, Estimate, Estimates, estimate_effects
 from nrchain.model import Model
-from nrchain.nominal_cost import LOOP
+from nrchain.nominal_cost import evaluation_cost
 from nrchain.scene import Scene
 from nrchain.scene_changes import Change, Refused, refused_changes
 from nrchain.start import starting_poses
+from nrchain.timing import PILOT, foretell
 from nrchain.wording import span
+from nrchain.work import DEFINITION, FEWEST_STEPS, RunCost, medians
 
-ORDER = 0.175
-"""Evaluations of a run grow as its tolerance to minus this power: that of the shipped scenes."""
-
-REPEATS, LEAST = 8, 4e-3
-"""Each right-hand side is timed so often, for at least so many seconds; the fastest counts."""
+REPEATS, BATCH = 15, 3e-4
+"""Each right-hand side is timed in so many batches, of so many nominal seconds or one call."""
 
 COLUMNS = ("effect", "velocity", "growth", "end", "turned", "time")
 """What :meth:`EffectPlan.rows` has in its columns."""
@@ -44,10 +44,10 @@ class EffectPlan:
     own, others
         Measured seconds of one right-hand side, with what comes with it: of the scene, and of every
         changed scene in the order of the estimates.
-    seconds
-        What the run of the scene will take, about.
+    cost
+        What the run of the scene will take, or in words why that is not known.
     probe
-        The work of the probe over that of the run, by count.
+        The work of the probe over that of the run, by count; None where that is not known.
     refused
         The changes that the scene does not allow.
     """
@@ -55,8 +55,8 @@ class EffectPlan:
     estimates: Estimates
     own: float
     others: list[float]
-    seconds: float
-    probe: float
+    cost: RunCost | str
+    probe: float | None
     refused: list[Refused]
 
     def rows(self) -> list[tuple[str, ...]]:
@@ -95,18 +95,20 @@ class EffectPlan:
             "end: how far a sphere ends, in radii, from where it would with the change; "
             "turned: its frame, in radians; where a run stops, at that time",
             "time: part of a right-hand side that the effect takes, or would add",
-            self._work_note(),
+            f"the run: {self.cost if isinstance(self.cost, str) else self.cost.words()}",
+            DEFINITION,
+            self._probe_note(),
         ]
 
-    def _work_note(self) -> str:
-        """How far the probe went, and what it and the run take."""
+    def _probe_note(self) -> str:
+        """How far the probe went, and what it took."""
         if self.estimates.probed == 0.0:
-            return "the budget allows no probe, and what the run will take is not known"
-        return (
-            f"the probe, at tolerance {PROBE_TOLERANCE:g} to t = {self.estimates.probed:.4g}, is "
-            f"{self.probe:.2g} times the work of the run, which will take about "
-            f"{self.seconds:.2g} s"
-        )
+            return "the budget allows no probe"
+        work = f"{self.estimates.work:.3g} right-hand sides"
+        if self.probe is not None:
+            work = f"{self.probe:.2g} times the work of the run"
+        reached = f"to t = {self.estimates.probed:.4g}"
+        return f"the probe, at tolerance {PROBE_TOLERANCE:g} {reached}, is {work}"
 
 
 def plan_effects(scene: Scene, estimates: Estimates | None = None) -> EffectPlan:
@@ -116,29 +118,30 @@ def plan_effects(scene: Scene, estimates: Estimates | None = None) -> EffectPlan
     """
     found = estimates or estimate_effects(scene)
     own, *others = evaluation_times([scene, *(one.change.scene for one in found.estimates)])
-    tighter = (min(scene.run.rtol, scene.run.atol) / PROBE_TOLERANCE) ** -ORDER
-    part = 1.0 if found.stopped else scene.run.end / max(found.probed, 1e-300)
-    evaluations = found.own_evaluations * tighter * part
-    probe = found.work / evaluations if evaluations else 0.0
-    seconds = evaluations * (own + LOOP)
-    return EffectPlan(found, own, others, seconds, probe, refused_changes(scene))
+    cost = _cost(scene)
+    probe = None
+    if isinstance(cost, RunCost) and cost.factors and cost.work.evaluations:
+        probe = found.work / (cost.work.evaluations * sum(cost.factors) / 2.0)
+    return EffectPlan(found, own, others, cost, probe, refused_changes(scene))
+
+
+def _cost(scene: Scene) -> RunCost | str:
+    """What the run of a scene will cost, or why that is not known."""
+    if FEWEST_STEPS * evaluation_cost(scene) > PILOT:
+        return f"not known: {FEWEST_STEPS} steps of it are more work than a plan may take"
+    try:
+        return foretell(scene).cost
+    except SceneError as error:
+        return f"not known: it is refused: {error}"
 
 
 def evaluation_times(scenes: Sequence[Scene]) -> list[float]:
     """Seconds of a right-hand side of each scene at its start, with its products and solves.
 
-    They take turns, and the time of the processor counts: not what else the machine does.
+    They take turns, and the time of this thread counts: not what else the machine does.
     """
-    tasks = [_evaluation(scene) for scene in scenes]
-    best = [math.inf] * len(tasks)
-    for _ in range(REPEATS):
-        for n, task in enumerate(tasks):
-            began, count = clock.process_time(), 0
-            while (spent := clock.process_time() - began) < LEAST / REPEATS or count == 0:
-                task()
-                count += 1
-            best[n] = min(best[n], spent / count)
-    return best
+    batches = [max(int(BATCH / evaluation_cost(scene)), 1) for scene in scenes]
+    return medians([_evaluation(scene) for scene in scenes], REPEATS, batches)
 
 
 def _evaluation(scene: Scene) -> Callable[[], None]:

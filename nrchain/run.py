@@ -39,6 +39,7 @@ from nrchain.scene import Scene
 from nrchain.seed import seed_warning
 from nrchain.start import refuse_far, starting_poses
 from nrchain.trajectory import Checkpoint, Trajectory, TrajectoryWriter
+from nrchain.work import Stopwatch
 
 RESTART_STEPS = 2000
 """Steps after which the integrator starts afresh: what a killed run has to repeat at most."""
@@ -92,6 +93,7 @@ class _Run:
         self.neglected = Watch(scene, choice, self.chain.model)
         self.integrator = make_integrator(scene, self.chain)
         self.began = self.spending = clock.perf_counter()
+        self.stopwatch = Stopwatch()
         self.repeated = repeated
         self.restarts = self.fresh_steps = 0
         if isinstance(begin, Checkpoint):
@@ -118,6 +120,7 @@ class _Run:
             "solves": self.integrator.solves,
             "restarts": self.restarts,
             "wall_time": clock.perf_counter() - self.began,
+            "processor_time": self.stopwatch.seconds,
         }
         return {name: value + self.earlier.get(name, 0) for name, value in new.items()}
 
@@ -151,6 +154,7 @@ class _Run:
             self._record(due, self.positions, self.frames)
 
     def _integrate(self) -> None:
+        self.stopwatch.go()
         still = np.zeros(self.chain.dimension)
         self.integrator.start(self.time, still)
         while self.next < len(self.times):
@@ -164,7 +168,10 @@ class _Run:
             if turned > CHART_LIMIT:
                 # before anything in this step is recorded: its poses mean nothing
                 raise Stop(Cause.CHART, self.time, "a step has turned a sphere by a half turn")
-            self._go_over(reached)
+            try:
+                self._go_over(reached)
+            finally:
+                self.stopwatch.lap(self.chain.evaluations)
             if self.next == len(self.times):
                 break
             if self.fresh_steps >= RESTART_STEPS and self._stalled():
@@ -223,6 +230,11 @@ class _Run:
         return self.time - self.restarted < STALLED * self.times[-1]
 
     def _record(self, time: float, positions: np.ndarray, frames: np.ndarray) -> None:
+        with self.stopwatch.paused():
+            self._tell(time, positions, frames)
+
+    def _tell(self, time: float, positions: np.ndarray, frames: np.ndarray) -> None:
+        """What others do with a snapshot: it is no part of the work of a run."""
         self.recorder.write(self.next, time, positions, frames, self.integrator.steps)
         self.recorder.update_counters(self.counters)
         self.next += 1
@@ -248,17 +260,18 @@ class _Run:
         self.fresh_steps = 0
         self.restarted = self.time
         chain = self.chain
-        self.recorder.checkpoint(
-            Checkpoint(
-                self.time,
-                chain.base_positions,
-                chain.base_frames,
-                self.next,
-                chain.spin,
-                chain.drift,
-                self.counters,
+        with self.stopwatch.paused():
+            self.recorder.checkpoint(
+                Checkpoint(
+                    self.time,
+                    chain.base_positions,
+                    chain.base_frames,
+                    self.next,
+                    chain.spin,
+                    chain.drift,
+                    self.counters,
+                )
             )
-        )
 
 
 def snapshot_times(scene: Scene) -> np.ndarray:

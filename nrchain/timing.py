@@ -1,9 +1,12 @@
-"""Runs side by side: how far each is from a reference, and the wall time it takes."""
+"""Runs side by side: how far each is from a reference, and what it costs.
+
+How much is run is decided by counted work (:mod:`nrchain.nominal_cost`), so that it is the same on
+every machine; the time it takes is that of :mod:`nrchain.work`.
+"""
 
 from __future__ import annotations
 
 import math
-import time as clock
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from statistics import median
@@ -13,14 +16,19 @@ from warnings import catch_warnings
 import numpy as np
 
 from nrchain.errors import SceneError, SceneWarning
+from nrchain.nominal_cost import evaluation_cost
+from nrchain.outcome import Cause
 from nrchain.run import Progress, simulate
 from nrchain.scene import Scene, load_scene
 from nrchain.trajectory import Trajectory
+from nrchain.work import FEWEST_STEPS, RunCost, Work, cost_of
 
 REPEATS = 5
 
-FIRST_STEPS = 3
-"""Steps by which everything that a run compiles has been called."""
+PILOT = 0.45
+"""Nominal seconds that the first run of a scene may take, by which its cost is foretold."""
+
+SNAPSHOTS = 33
 
 
 @dataclass(frozen=True)
@@ -28,18 +36,18 @@ class Measured:
     """One setting: its distance from the reference, and what it costs.
 
     ``position`` is the largest distance of a sphere in radii, over all snapshots, and ``frame`` the
-    largest angle between frames, in radians; infinite if the run did not reach its end. ``seconds``
-    are those of all repetitions; ``late`` is the part of them that fell in the second half of the
-    time simulated.
+    largest angle between frames, in radians; infinite if the run did not reach its end. ``work`` is
+    what it took by count, and ``nominal`` the seconds that stand for it; ``seconds`` is the
+    processor time of all repetitions, and ``late`` the part of the right-hand sides that fell in
+    the second half of the time simulated.
     """
 
     position: float
     frame: float
+    work: Work
     seconds: tuple[float, ...]
     late: float
-    steps: int
-    evaluations: int
-    jacobians: int
+    nominal: float
 
     @property
     def error(self) -> float:
@@ -48,7 +56,17 @@ class Measured:
 
     @property
     def median(self) -> float:
+        """Processor time of the repetition in the middle."""
         return median(self.seconds)
+
+
+@dataclass(frozen=True)
+class Foretold:
+    """The scene, to its end or to as far as was allowed; the run of it; what all of it costs."""
+
+    scene: Scene
+    trajectory: Trajectory
+    cost: RunCost
 
 
 def distance(trajectory: Trajectory, reference: Trajectory) -> tuple[float, float]:
@@ -77,24 +95,38 @@ def simulate_quietly(scene: Scene, **options: Any) -> Trajectory:
         return simulate(scene, **options)
 
 
-def prepare(scene: Scene) -> None:
-    """Take a few steps, so that the kernels of a scene are compiled before anything is timed."""
-    simulate_quietly(load_scene(scene, **{"run.max_steps": FIRST_STEPS}))
-
-
-def run_timed(scene: Scene) -> tuple[Trajectory, float, float]:
-    """A run in memory, its wall time in seconds, and the part of it in the second half of t."""
-    half = 0.0
+def run_timed(scene: Scene) -> tuple[Trajectory, RunCost]:
+    """A run in memory, and what it cost."""
+    passed: list[tuple[float, float]] = []
 
     def watch(progress: Progress) -> None:
-        nonlocal half
-        if progress.time <= 0.5 * progress.end:
-            half = progress.wall_time
+        passed.append((progress.time, progress.counters["evaluations"]))
 
-    began = clock.perf_counter()
     trajectory = simulate_quietly(scene, progress=watch)
-    seconds = clock.perf_counter() - began
-    return trajectory, seconds, 1.0 - half / seconds
+    times, evaluations = np.array(passed).T
+    total = trajectory.counters["evaluations"]
+    half = float(np.interp(0.5 * trajectory.time[-1], times, evaluations))
+    return trajectory, cost_of(trajectory, 1.0 - half / total if total else 0.5)
+
+
+def foretell(scene: Scene, allowed: float = PILOT, snapshots: int = SNAPSHOTS) -> Foretold:
+    """What the run of a scene will cost, from a run of it, or of as much of it as is allowed.
+
+    ``allowed`` are nominal seconds, about: a count, so that the same part of a scene is run on
+    every machine. Where it does not do for the whole run, what it reaches is run once more, with
+    ``snapshots`` that tell its pace. Budgets of the scene itself are left out of it.
+
+    Raises :class:`~nrchain.errors.SceneError` for a scene that is refused.
+    """
+    steps = max(int(allowed / evaluation_cost(scene)), FEWEST_STEPS)
+    free = {"run.snapshots": snapshots, "run.max_seconds": None}
+    pilot, cost = run_timed(load_scene(scene, **free, **{"run.max_steps": steps}))
+    free["run.max_steps"] = None
+    if pilot.cause is not Cause.BUDGET:
+        return Foretold(load_scene(scene, **free), pilot, cost)
+    short = load_scene(scene, **free, **{"run.end": float(pilot.time[-1])})
+    trajectory, cost = run_timed(short)
+    return Foretold(short, trajectory, replace(cost, end=scene.run.end))
 
 
 def measure_all(
@@ -102,33 +134,34 @@ def measure_all(
     reference: Trajectory,
     *,
     repeats: int = REPEATS,
-    seconds: float = math.inf,
+    budget: float = math.inf,
     skip: Callable[[str, Mapping[str, Measured]], bool] | None = None,
 ) -> dict[str, Measured]:
     """Run scenes side by side, and again and again, against a reference with their snapshots.
 
     Repetitions are interleaved, so that what else the machine does falls on all alike. Every scene
-    runs once, unless ``skip`` of its name and of what has been measured so far says no; repetitions
-    begin until ``seconds`` have passed. A scene whose integrator refuses it, or whose start its
-    tolerance does not resolve, is left out.
+    runs once, unless ``skip`` of its name and of what has been measured so far says no; it is
+    repeated as far as a ``budget`` of nominal seconds allows. A scene whose integrator refuses it,
+    or whose start its tolerance does not resolve, is left out.
     """
-    began = clock.perf_counter()
     found: dict[str, Measured] = {}
     for name, scene in scenes.items():
         if skip and skip(name, found):
             continue
         try:
-            prepare(scene)
-            trajectory, took, late = run_timed(scene)
+            trajectory, cost = run_timed(scene)
         except SceneError as error:
             if error.key not in ("run.integrator", "run.atol"):
                 raise
             continue
-        counts = (int(trajectory.counters[k]) for k in ("steps", "evaluations", "jacobians"))
-        found[name] = Measured(*distance(trajectory, reference), (took,), late, *counts)
+        nominal = cost.work.evaluations * evaluation_cost(scene)
+        apart = distance(trajectory, reference)
+        found[name] = Measured(*apart, cost.work, (cost.seconds,), cost.late, nominal)
+    left = budget - sum(measured.nominal for measured in found.values())
     for _ in range(repeats - 1):
         for name, measured in found.items():
-            if clock.perf_counter() - began + measured.seconds[0] < seconds:
-                took = run_timed(scenes[name])[1]
-                found[name] = replace(measured, seconds=(*measured.seconds, took))
+            left -= measured.nominal
+            if left > 0.0:
+                again = run_timed(scenes[name])[1].seconds
+                found[name] = replace(measured, seconds=(*measured.seconds, again))
     return found

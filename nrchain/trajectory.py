@@ -395,12 +395,12 @@ def _counts(counters: Mapping[str, float]) -> list[float]:
 
 
 def _counters(counts: Iterable[float]) -> dict[str, float]:
-    """The table of counters from its numbers; all but the wall time are whole."""
+    """The table of counters from its numbers; all but the times are whole."""
     table = dict(zip(COUNTERS, counts, strict=True))
     for name, count in table.items():
         if not 0 <= count < np.inf:
             raise ValueError(f"{h5md.COUNTS}: {name} = {count}")
-    return {name: float(n) if name == "wall_time" else int(n) for name, n in table.items()}
+    return {name: float(n) if name in h5md.TIMES else int(n) for name, n in table.items()}
 
 
 def _require(array: np.ndarray | float, shape: tuple[int, ...], name: str) -> None:

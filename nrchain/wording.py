@@ -10,3 +10,12 @@ def span(*shown: str, sign: str = " to ") -> str:
     ('1.4 to 1.9', '1.4')
     """
     return sign.join(dict.fromkeys(shown))
+
+
+def digits(number: float) -> str:
+    """A number of two or three digits, with an exponent only where that is shorter.
+
+    >>> digits(0.03712), digits(496.2), digits(1.5e7)
+    ('0.037', '496', '1.5e+07')
+    """
+    return f"{number:.0f}" if 100.0 <= number < 1e6 else f"{number:.2g}"

@@ -32,6 +32,7 @@ from nrchain.scene import load_scene, scene_names
 from nrchain.terminal import READER_GONE, SPELT, show
 from nrchain.timing import Measured
 from nrchain.trajectory import Trajectory, TrajectoryWriter
+from nrchain.work import RunCost, Work
 
 HEAVY = ("numpy", "scipy", "numba", "matplotlib", "h5py", "pystokes", "sksundae")
 
@@ -521,13 +522,15 @@ def test_paths_that_no_file_can_have_are_refused(name, tmp_path, monkeypatch):
 
 def test_the_table_of_costs_is_shown_whole(monkeypatch):
     monkeypatch.setenv("COLUMNS", "60")
-    measured = Measured(1e-3, 1e-3, (0.0123,), 0.5, 12345678, 23456789, 34567890)
+    counts = Work(12345678, 23456789, 34567890, 45678901)
+    measured = Measured(1e-3, 1e-3, counts, (0.0123,), 0.5, 1.0)
     points = [Point("model", "… and pairwise friction", {}, measured)]
-    found = WorkPrecision(load_scene("passive"), 1.0, points, "cvode", 1e-9)
+    own = RunCost(counts, 0.0123, 1.0, 400.0)
+    found = WorkPrecision(load_scene("passive"), 1.0, own, points, "cvode", 1e-9)
     shown = StringIO()
     monkeypatch.setattr(sys, "stdout", shown)
     assert show(work_table(found), whole=True) is None
-    for number in ("1.0e-03", "0.012", "12345678", "23456789", "34567890"):
+    for number in ("1.0e-03", "0.012", *map(str, counts), "not known"):
         assert number in shown.getvalue()
 
 

@@ -1,18 +1,23 @@
 """Error against wall time of a scene: distances, budgets, advice, and the command."""
 
+import itertools
 import math
+import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from fake_clock import Processor, fake_processor
 from typer.testing import CliRunner
 
-from nrchain import cost, lie, load_scene, simulate, timing
+from nrchain import cost, lie, load_scene, simulate, timing, work
 from nrchain.cli import REFUSED, app
 from nrchain.cost import Point, WorkPrecision, work_precision
 from nrchain.errors import SceneError
+from nrchain.nominal_cost import evaluation_cost
 from nrchain.timing import Measured, distance, measure_all
 from nrchain.trajectory import Trajectory
+from nrchain.work import CARRIED, RunCost, Work
 
 SMALL = load_scene("buckling", **{"chain.particles": 5, "run.end": 50.0, "chain.radius": 0.5})
 
@@ -35,7 +40,7 @@ def altered(run, positions=None, frames=None):
 
 
 def measured(error, *seconds, late=0.5):
-    return Measured(error, 0.1 * error, seconds, late, 10, 20, 3)
+    return Measured(error, 0.1 * error, Work(10, 20, 3, 40), seconds, late, 1e-3)
 
 
 def found(*pairs, reached=SMALL.run.end, reference_error=1e-10):
@@ -43,7 +48,8 @@ def found(*pairs, reached=SMALL.run.end, reference_error=1e-10):
         Point("stepping", f"setting {k}", {"run.rtol": 10.0**-k}, one)
         for k, one in enumerate(pairs)
     ]
-    return WorkPrecision(SMALL, reached, points, "the reference", reference_error)
+    own = RunCost(Work(10, 20, 3, 40), 1.0, reached, SMALL.run.end)
+    return WorkPrecision(SMALL, reached, own, points, "the reference", reference_error)
 
 
 @pytest.mark.parametrize("angle", np.geomspace(1e-12, math.pi, 9))
@@ -67,21 +73,23 @@ def test_a_run_that_stopped_is_infinitely_far(run):
     assert distance(short, run) == (math.inf, math.inf)
 
 
-def test_runs_are_interleaved_until_the_time_is_up(monkeypatch, run):
+def test_runs_are_interleaved_until_the_work_is_done(monkeypatch, run):
     order = []
+    done = RunCost(Work(10, 100, 3, 40), 0.25, SMALL.run.end, SMALL.run.end)
 
     def fake(scene):
         order.append(scene.run.rtol)
-        return run, 0.25, 0.5
+        return run, done
 
     monkeypatch.setattr(timing, "run_timed", fake)
     scenes = {str(tol): load_scene(SMALL, **{"run.rtol": tol}) for tol in (1e-3, 1e-4)}
     result = measure_all(scenes, run, repeats=3)
     assert order == [1e-3, 1e-4] * 3
     assert result["0.001"].seconds == (0.25,) * 3
+    assert result["0.001"].nominal == 100 * evaluation_cost(SMALL)
     order.clear()
-    measure_all(scenes, run, repeats=3, seconds=0.2)
-    assert order == [1e-3, 1e-4]
+    measure_all(scenes, run, repeats=3, budget=3.5 * result["0.001"].nominal)
+    assert order == [1e-3, 1e-4, 1e-3]
 
 
 def test_what_an_integrator_refuses_is_left_out_and_other_errors_are_not(monkeypatch, run):
@@ -132,6 +140,20 @@ def test_a_short_run_is_extrapolated_in_proportion_to_time():
     # half the pace of the whole in the second half, for the three quarters left
     assert advice.seconds == pytest.approx((1.0 + 3 * 0.5, 2.0 * 4))
     assert "proportion" in advice.sure[-1]
+    assert advice.known
+
+
+@pytest.mark.parametrize("part", [0.9 / CARRIED, 1.5e-5])
+def test_of_a_part_too_small_nothing_is_carried_on(part):
+    table = found(measured(1e-6, 1.0, 2.0), measured(2e-4, 0.1), reached=part * SMALL.run.end)
+    advice = table.advise(1e-4)
+    assert not advice.known
+    assert not advice.reached
+    assert table.whole_run(advice.point.measured) is None
+    assert (advice.point.setting, advice.error, advice.seconds) == ("setting 0", 1e-6, (1.0, 2.0))
+    assert advice.lines()[0].endswith("for the part that was run")
+    assert f"not sure for the whole run: {part:.2g} of it" in advice.lines()[1]
+    assert any(line.startswith("the scene as it is: not known") for line in table.notes())
 
 
 @pytest.fixture(scope="module")
@@ -149,7 +171,7 @@ def test_work_precision_of_a_scene(measured_scene):
     for scheme in cost.TOLERANCES:
         loose, tight = stepping[f"{scheme}, 1e-03"], stepping[f"{scheme}, 1e-07"]
         assert tight.error < 1e-2 * loose.error
-        assert tight.steps > loose.steps
+        assert tight.work.steps > loose.work.steps
     reach = [p.measured.error for p in result.points if p.axis == "reach"]
     assert reach[-1] == 0.0 < reach[1] < reach[0]
     model = [p.setting for p in result.points if p.axis == "model"]
@@ -164,6 +186,45 @@ def test_the_budget_shortens_the_runs():
     result = work_precision(load_scene("passive", **{"run.end": 1e6}), budget=0.3)
     assert result.part < 1.0
     assert any(f"{result.reached:.4g}" in note for note in result.notes())
+    advice = result.advise(1e-3)
+    assert not advice.known
+    assert any("a larger --budget runs more of it" in line for line in advice.lines())
+    assert work_precision(result.scene, budget=1.0).part > result.part
+
+
+def test_what_is_run_does_not_depend_on_the_clock(monkeypatch):
+    """Both cores busy, each look at the clock an hour late: parts, errors and counts are alike."""
+    quick = work_precision(SMALL, budget=1.0)
+    hours = itertools.count(step=3600.0)
+    for name in ("perf_counter", "process_time", "monotonic", "time", "thread_time"):
+        monkeypatch.setattr(time, name, lambda: next(hours))
+    monkeypatch.setattr(work, "clock", lambda: next(hours))
+    slow = work_precision(SMALL, budget=1.0)
+
+    def timeless(found):
+        points = [(p.axis, p.setting, p.changes, p.measured) for p in found.points]
+        return found.reached, found.own.work, found.skipped, [
+            (*point, m.position, m.frame, m.work, m.late, m.nominal, len(m.seconds))
+            for *point, m in points
+        ]  # fmt: skip
+
+    assert timeless(slow) == timeless(quick)
+    assert slow.own.seconds > 3600.0
+
+
+def test_stable_is_run_to_its_end_and_the_setting_advised_reaches_the_target():
+    """The advice of ``nrchain cost stable --target 1e-4``, on a processor that counts work."""
+    scene = load_scene("stable")
+    with fake_processor(Processor()) as processor:
+        result = work_precision(scene, budget=3.0)
+        assert result.part == 1.0
+        advice = result.advise(1e-4)
+        before = processor.truth
+        again = simulate(load_scene(scene, **advice.point.changes, **{"run.snapshots": 33}))
+        least, most = advice.seconds
+        assert least == most == processor.truth - before
+    exact = {"run.integrator": "radau", "run.rtol": 1e-9, "run.atol": 1e-9, "run.snapshots": 33}
+    assert max(distance(again, simulate(load_scene(scene, **exact)))) < 1e-4
 
 
 @pytest.mark.parametrize(
@@ -210,20 +271,6 @@ def test_the_command_says_which_setting_to_use(monkeypatch, measured_scene):
         assert line in result.stdout
     for axis in ("stepping", "reach", "model"):
         assert axis in result.stdout
-
-
-def test_nothing_timed_is_the_first_of_its_kernels(monkeypatch, run):
-    """Whoever is timed has run before: no time is that of compiling."""
-    began = []
-    whole = timing.simulate
-
-    def watched(scene, **options):
-        began.append((scene.run.integrator, scene.run.max_steps, bool(options)))
-        return whole(scene, **options)
-
-    monkeypatch.setattr(timing, "simulate", watched)
-    measure_all({"": load_scene(SMALL, **{"run.snapshots": 4})}, run, repeats=1)
-    assert began == [("cvode", timing.FIRST_STEPS, False), ("cvode", None, True)]
 
 
 def test_effects_left_to_choice_are_chosen_before_anything_is_measured(monkeypatch):

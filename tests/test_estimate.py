@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import nrchain
+from nrchain import work
 from nrchain.estimate import estimate_effects
 from nrchain.paired import apart
 from nrchain.plan_effects import COLUMNS, plan_effects
@@ -100,7 +101,8 @@ def test_what_is_said_below_a_table_explains_the_marks_in_it_and_no_others(name,
     told = " ".join([*found.remarks(), *found.notes()])
     for mark, meaning in (("*", "* is at t"), ("?", "? stands for"), ("+ ", "+ marks effects")):
         assert (mark in shown) == (meaning in told), (mark, shown, told)
-    assert ("will take about" in told) == (found.estimates.probed > 0.0)
+    assert ("times the work of the run" in told) == (found.estimates.probed > 0.0)
+    assert f"the run: {found.cost.words()}" in told
 
 
 def test_without_effects_to_add_no_sign_for_them_is_explained():
@@ -132,10 +134,12 @@ def test_a_plan_does_not_depend_on_the_clock(monkeypatch):
     scene = nrchain.load_scene("passive", **{"run.end": 1.0, "chain.particles": 6})
     quick = plan_effects(scene)
     hours = itertools.count(step=3600.0)
-    for name in ("perf_counter", "process_time", "monotonic", "time"):
+    for name in ("perf_counter", "process_time", "monotonic", "time", "thread_time"):
         monkeypatch.setattr(time, name, lambda: next(hours))
+    monkeypatch.setattr(work, "clock", lambda: next(hours))
     slow = plan_effects(scene)
-    assert slow.seconds > 3600.0
+    assert slow.cost.seconds > 3600.0
+    assert slow.cost.work == quick.cost.work
     assert slow.estimates == quick.estimates
     assert slow.probe == quick.probe
     assert [row[:-1] for row in slow.rows()] == [row[:-1] for row in quick.rows()]

@@ -1,10 +1,10 @@
 """What does accuracy cost in time, and which choice is the cheapest for a given error?
 
-Error against wall time along the four axes on which accuracy is bought: the stepping (integrator
-and tolerances), the reach of the slip, the hydrodynamic model and the resolution of a wave. Every
-axis has its own reference, far below all that is measured against it: a run of Radau IIA at 1e-12,
-all pairs, the resolved spheres, the continuum law. Times are medians of interleaved repetitions on
-the machine that made the report; errors do not depend on it.
+Error against processor time along the four axes on which accuracy is bought: the stepping
+(integrator and tolerances), the reach of the slip, the hydrodynamic model and the resolution of a
+wave. Every axis has its own reference, far below all that is measured against it: a run of Radau
+IIA at 1e-12, all pairs, the resolved spheres, the continuum law. Times are medians of interleaved
+repetitions on the machine that made the report; errors do not depend on it.
 """
 
 from __future__ import annotations

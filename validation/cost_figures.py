@@ -1,4 +1,4 @@
-"""Work–precision figures: error against wall time, one figure an axis."""
+"""Work–precision figures: error against processor time, one figure an axis."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def stepping(maps: Sequence[Map], levels: Sequence[float]) -> Figure:
         )
         axes.set_ylim(bottom=one.floor / 5)
         axes.set_xlim(left=0.6 * axes.get_xlim()[0])  # room for what is written beside the marks
-        _time_axis(axes, "wall time [s]")
+        _time_axis(axes, "processor time [s]")
         axes.set_ylabel("global error [$a$, rad]")
         axes.set_title(f"({letter})  {one.name}", loc="left", fontsize=9)
         axes.legend()
@@ -95,7 +95,7 @@ def reach(found: Mapping[str, Sequence[Reached]]) -> Figure:
     right.axvline(all_pairs, color="0.5", ls=":", lw=0.9)
     right.annotate("all pairs", (all_pairs, 0.03), (-4, 0), xycoords=("data", "axes fraction"),
                    textcoords="offset points", fontsize=7, ha="right")  # fmt: skip
-    _time_axis(left, "wall time of the shipped scene [s]")
+    _time_axis(left, "processor time of the shipped scene [s]")
     left.set_ylabel("error of the trajectory, over its path")
     left.set_title("(a)  trajectories", loc="left", fontsize=9)
     _time_axis(right, r"one right-hand side, $N = 2048$ [$\mu$s]")
@@ -196,7 +196,7 @@ def resolution(
     passive = [(seconds, p.errors["passive"]) for seconds, p in zip(x, timed, strict=True)]
     within = {level: [point for point in passive if point[1] <= level] for level in LEVELS}
     _squares(middle, [(*min(points), NAMES[level]) for level, points in within.items() if points])
-    _time_axis(middle, "wall time of one decay time [s]")
+    _time_axis(middle, "processor time of one decay time [s]")
     middle.set_ylabel("error of the passive law")
     middle.set_title("(b)  what it costs", loc="left", fontsize=9)
     phases = formulas["phases"]

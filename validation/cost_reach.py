@@ -65,7 +65,7 @@ def compare(recorder: Recorder) -> None:
     rows = [
         (
             p.label, p.reach, p.until, p.path, p.measured and p.measured.position,
-            p.measured and p.measured.median, p.measured and p.measured.steps, p.rate,
+            p.measured and p.measured.median, p.measured and p.measured.work.steps, p.rate,
             1e6 * p.once, cost_figures.rate_marks(found[p.label], p),
         )
         for label in found
@@ -84,8 +84,8 @@ def compare(recorder: Recorder) -> None:
         "Reach",
         cost_figures.reach(found),
         "(a) Largest distance of a sphere from the run with all pairs, over the longest path in "
-        "that run, against wall time; labels are neighbours a side. (b) Relative error of the rate "
-        "of a bending wave at qd = 0.1 against the time of one right-hand side. Rings: the "
+        "that run, against processor time; labels are neighbours a side. (b) Relative error of the "
+        "rate of a bending wave at qd = 0.1 against the time of one right-hand side. Rings: the "
         "default, nearest neighbours. Squares: the least reach within 1 %, 0.1 % and 1e-6.",
     )
     recorder.text(
@@ -116,7 +116,7 @@ def _mode(recorder: Recorder, label: str) -> list[Reached]:
         {str(k): one for k, one in own.items()},
         full,
         repeats=1 if recorder.quick else 5,
-        seconds=1.0 if recorder.quick else 15.0,
+        budget=1.0 if recorder.quick else 15.0,
     )
     rates = [_rate(label, k) for k in reaches]
     seconds = _right_hand_sides(label, reaches, 3 if recorder.quick else REPEATS)

@@ -76,8 +76,9 @@ def compare(recorder: Recorder) -> None:
     rows = [
         (
             p.count, 2 * math.pi / p.count, *(p.errors[kind] for kind in NEXT),
-            p.measured and p.measured.median, p.measured and p.measured.steps,
-            p.measured and p.measured.evaluations, p.measured and p.measured.jacobians,
+            p.measured and p.measured.median, p.measured and p.measured.work.steps,
+            p.measured and p.measured.work.evaluations,
+            p.measured and p.measured.work.jacobians,
         )
         for p in points
     ]  # fmt: skip
@@ -100,8 +101,8 @@ def compare(recorder: Recorder) -> None:
         cost_figures.resolution(points, needed, SHIPPED, formulas),
         "(a) Relative error of the continuum law against spheres per wavelength; squares: 1 %, "
         "0.1 % and 1e-6, rings: the longest or starting wave of the shipped scene. (b) Error of "
-        "the passive wave against the wall time of one decay time. (c) Difference formulas: tilt "
-        "over slope of an unsheared wave, and the rate that follows with each.",
+        "the passive wave against the processor time of one decay time. (c) Difference formulas: "
+        "tilt over slope of an unsheared wave, and the rate that follows with each.",
     )
 
 
@@ -140,7 +141,7 @@ def _costs(recorder: Recorder) -> dict[int, Measured]:
     for name, scene in scenes.items():
         run_scene = {name: scene}
         found[int(name)] = measure_all(
-            run_scene, simulate(scene), repeats=3 if recorder.quick else 7, seconds=5.0
+            run_scene, simulate(scene), repeats=3 if recorder.quick else 7, budget=5.0
         )[name]
     return found
 

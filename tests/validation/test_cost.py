@@ -4,6 +4,7 @@ import pytest
 
 from nrchain import load_scene
 from nrchain.timing import Measured
+from nrchain.work import Work
 from validation import cost_figures, cost_model, cost_reach, cost_resolution, cost_stepping
 from validation.cost_stepping import Map, Setting
 from validation.recorder import Recorder
@@ -23,8 +24,10 @@ def test_a_loose_default_is_seen(monkeypatch):
 
 
 def test_the_cheapest_setting_and_its_marks():
+    work = Work(1, 1, 1, 1)
+
     def setting(tolerance, error, seconds):
-        return Setting("cvode", tolerance, Measured(error, 0.0, (seconds,), 0.5, 1, 1, 1))
+        return Setting("cvode", tolerance, Measured(error, 0.0, work, (seconds,), 0.5, 1e-4))
 
     loose, default, tight = (
         setting(1e-3, 5e-3, 1.0),
