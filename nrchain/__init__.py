@@ -3,11 +3,26 @@
 from __future__ import annotations
 
 import importlib
+import sys
 from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from nrchain import (
+        auto,
+        cost,
+        effect_plots,
+        estimate,
+        lattice,
+        measure,
+        plan,
+        plots,
+        regime,
+        rod,
+        scene_rules,
+        slip_modes,
+    )
     from nrchain.api import active_wrenches, elastic_energy, elastic_wrenches
     from nrchain.decomposition import Contributions, contribution_sizes, contributions
     from nrchain.description import describe
@@ -37,7 +52,21 @@ if TYPE_CHECKING:
     from nrchain.slip_modes import SlipMode, register
     from nrchain.trajectory import Trajectory
 
-# Each public name is imported when it is first used, so that `import nrchain` stays light.
+# Public modules and names are imported when they are first used: `import nrchain` stays light.
+_MODULES = {
+    "auto",
+    "cost",
+    "effect_plots",
+    "estimate",
+    "lattice",
+    "measure",
+    "plan",
+    "plots",
+    "regime",
+    "rod",
+    "scene_rules",
+    "slip_modes",
+}
 _HOMES = {
     "active_wrenches": "nrchain.api",
     "elastic_energy": "nrchain.api",
@@ -94,20 +123,32 @@ __all__ = [
     "Trajectory",
     "TrajectoryError",
     "active_wrenches",
+    "auto",
     "check_effect",
     "contribution_sizes",
     "contributions",
+    "cost",
     "describe",
+    "effect_plots",
     "elastic_energy",
     "elastic_wrenches",
+    "estimate",
+    "lattice",
     "lattice_operator",
     "lattice_rates",
     "load_scene",
+    "measure",
+    "plan",
+    "plots",
+    "regime",
     "register",
     "register_effect",
     "resume",
+    "rod",
     "scene_names",
+    "scene_rules",
     "simulate",
+    "slip_modes",
     "steady_rotation",
     "steady_stress",
     "steady_velocity",
@@ -116,12 +157,16 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name in _MODULES:
+        return importlib.import_module(f"nrchain.{name}")
     if name not in _HOMES:
-        raise AttributeError(f"module 'nrchain' has no attribute {name!r}")
+        # with name and obj Python adds which name of dir() is nearest
+        told = f"module 'nrchain' has no attribute {name!r}"
+        raise AttributeError(told, name=name, obj=sys.modules[__name__])
     value = getattr(importlib.import_module(_HOMES[name]), name)
     globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted([*__all__, "__version__"])

@@ -1,4 +1,12 @@
-"""The errors a user can cause. Each says what was given, where, and what is allowed."""
+"""The errors a user can cause. Each says what was given, where, and what is allowed.
+
+Each can be pickled, and so reaches whoever waits for a worker of a process pool.
+"""
+
+from __future__ import annotations
+
+import pickle
+from typing import Any
 
 
 class _NotGiven:
@@ -6,6 +14,9 @@ class _NotGiven:
 
     def __repr__(self) -> str:
         return "not given"
+
+    def __reduce__(self) -> str:
+        return "NOT_GIVEN"
 
 
 NOT_GIVEN = _NotGiven()
@@ -30,6 +41,11 @@ class SceneError(NrchainError, ValueError):
         given = " is not given" if value is NOT_GIVEN else f" = {shorten(value)}"
         super().__init__(f"{key}{given}: {allowed}")
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        value = _portable(self.value)
+        state = vars(self) | {"value": value, "args": self.args}
+        return type(self), (self.key, value, self.allowed), state
+
 
 class SceneWarning(UserWarning):
     """A scene that is simulated as it is, and may not show what it was made for."""
@@ -48,6 +64,28 @@ class PlatformError(NrchainError, ImportError):
 
 class TrajectoryError(NrchainError, OSError):
     """A trajectory file that is missing, not ours, damaged, or would be overwritten."""
+
+
+class _Shown:
+    """Stands for a value that cannot be pickled: it is shown as that was."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+
+    def __repr__(self) -> str:
+        return self._text
+
+
+def _portable(value: object) -> object:
+    """The value, or how it is shown where it comes to no other process.
+
+    What cannot be unpickled stops the thread of a pool that hands results on, for ever.
+    """
+    try:
+        pickle.loads(pickle.dumps(value))
+    except Exception:
+        return _Shown(shorten(value))
+    return value
 
 
 def shorten(value: object, limit: int = 80) -> str:

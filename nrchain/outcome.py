@@ -8,6 +8,7 @@ is kept. There is no other end.
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import Any
 
 
 class Cause(StrEnum):
@@ -77,6 +78,9 @@ class Stop(Exception):
     def __init__(self, cause: Cause, time: float, message: str) -> None:
         super().__init__(message)
         self.cause, self.time = cause, time
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.cause, self.time, str(self)), vars(self)
 
     @property
     def reason(self) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Literal, Self, cast
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, cast
 
 from nrchain import slip_modes
 from nrchain.errors import NOT_GIVEN, SceneError
@@ -34,6 +34,7 @@ Kind = Literal["one-body", "pairwise"]
 Measure = Literal["paper", "isotropic"]
 Backend = Literal["native", "pystokes"]
 Integrator = Literal["cvode", "radau", "scipy-bdf"]
+_Entry = TypeVar("_Entry")
 Shape = Literal["straight", "sine", "helix-left", "helix-right", "random"]
 
 PYSTOKES_MODES = ("2s", "3a", "3t", "4a")
@@ -61,28 +62,37 @@ class Slip(Section):
     axis: Annotated[tuple[float, float, float], direction()] = _E1
 
 
-class SlipModes(Mapping[str, Slip]):
-    """The slip of each mode by its label: immutable, compared and hashed by value."""
+class _FixedTable(Mapping[str, _Entry]):
+    """Entries by name: immutable, compared and hashed by value."""
 
-    __slots__ = ("_slips",)
+    __slots__ = ("_entries",)
 
-    def __init__(self, slips: Mapping[str, Slip] | None = None) -> None:
-        self._slips = dict(slips or {})
+    def __init__(self, entries: Mapping[str, _Entry] | None = None) -> None:
+        self._entries = dict(entries or {})
 
-    def __getitem__(self, label: str) -> Slip:
-        return self._slips[label]
+    def __getitem__(self, name: str) -> _Entry:
+        return self._entries[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._slips)
+        return iter(self._entries)
 
     def __len__(self) -> int:
-        return len(self._slips)
+        return len(self._entries)
 
     def __hash__(self) -> int:
-        return hash(frozenset(self._slips.items()))
+        return hash(frozenset(self._entries.items()))
 
     def __repr__(self) -> str:
-        return repr(self._slips)
+        return repr(self._entries)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self._entries,)
+
+
+class SlipModes(_FixedTable[Slip]):
+    """The slip of each mode by its label."""
+
+    __slots__ = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -240,32 +250,14 @@ def read_friction(key: str, value: Any) -> FrictionSpec:
     return section(FrictionSpec)(key, value)
 
 
-class EffectSections(Mapping[str, Section]):
-    """The sections that further effects add to a scene, by name: those that are not all default.
+class EffectSections(_FixedTable[Section]):
+    """The sections that further effects add to a scene, by name: those that are not all default."""
 
-    Immutable, compared and hashed by value.
-    """
-
-    __slots__ = ("_sections",)
+    __slots__ = ()
 
     def __init__(self, sections: Mapping[str, Section] | None = None) -> None:
         given = sections or {}
-        self._sections = {name: s for name, s in given.items() if s != type(s)()}
-
-    def __getitem__(self, name: str) -> Section:
-        return self._sections[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._sections)
-
-    def __len__(self) -> int:
-        return len(self._sections)
-
-    def __hash__(self) -> int:
-        return hash(frozenset(self._sections.items()))
-
-    def __repr__(self) -> str:
-        return repr(self._sections)
+        super().__init__({name: s for name, s in given.items() if s != type(s)()})
 
 
 def read_effects(key: str, value: Any) -> EffectSections:

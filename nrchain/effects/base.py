@@ -94,6 +94,10 @@ class Effect:
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # the scene is all there is to an effect; what it was last evaluated at is not kept
+        return type(self), (self.scene,)
+
     @classmethod
     def section(cls, scene: Scene) -> Any:
         """The section of the effect in a scene, or the default one."""

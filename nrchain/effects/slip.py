@@ -159,6 +159,10 @@ class SlipEffect(FlowEffect):
         super().__init__(scene)
         self._set(lambda: make_flow(scene, 1, False).only(self.mode.label), None)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # the class is made here and not found by its name
+        return _effect_in, (self.mode, self.scene)
+
     @classmethod
     def acts(cls, scene: Scene) -> bool:
         return cls.mode.label in active_modes(scene)
@@ -194,6 +198,10 @@ def effect_of(mode: SlipMode) -> type[SlipEffect]:
     if mode.label not in _MADE or _MADE[mode.label].mode != mode:
         _MADE[mode.label] = _make_effect(mode)
     return _MADE[mode.label]
+
+
+def _effect_in(mode: SlipMode, scene: Scene) -> SlipEffect:
+    return effect_of(mode)(scene)
 
 
 _MADE: dict[str, type[SlipEffect]] = {}

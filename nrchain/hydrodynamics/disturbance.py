@@ -19,13 +19,14 @@ Sources: Batchelor & Green, J. Fluid Mech. 56, 375 (1972), for A and B; Kim & Ka
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
 from typing import Any, Literal
 
 import numpy as np
 from numba import prange
 
 from nrchain._compile import kernel
+from nrchain.hydrodynamics import sharing
 from nrchain.hydrodynamics.images import Layout
 from nrchain.hydrodynamics.pairs import NEAR, PARALLEL_PAIRS, compile_sum
 
@@ -229,8 +230,8 @@ class Disturbance:
 
     def add_twists(self, positions: np.ndarray, twists: np.ndarray) -> None:
         """twists (N, 6) += (Σ_j u, Σ_j w) at positions (N, 3)."""
-        add = _twist_kernel(self._leading, self._parallel)
-        add(self._points(positions), *self._law(), twists)
+        compiled, points = partial(_twist_kernel, self._leading), self._points(positions)
+        sharing.add(compiled, self._parallel, points, *self._law(), twists)
 
     def linearise(self, positions: np.ndarray) -> None:
         """Take the derivative at these positions."""
@@ -248,5 +249,5 @@ class Disturbance:
     def add_product(self, poses: np.ndarray, out: np.ndarray) -> None:
         """out (N, 6) += the change of the twists with ``poses`` (N, 6), all of it."""
         moves = poses[self._layout.spheres, :3]
-        add = _product_kernel(self._leading, self._parallel)
-        add(self._there, moves, *self._law(), out)
+        compiled = partial(_product_kernel, self._leading)
+        sharing.add(compiled, self._parallel, self._there, moves, *self._law(), out)

@@ -30,6 +30,7 @@ import numpy as np
 from numba import prange
 
 from nrchain._compile import kernel
+from nrchain.hydrodynamics import sharing
 from nrchain.hydrodynamics.images import Layout
 from nrchain.hydrodynamics.pairs import PARALLEL_PAIRS, compile_sum
 
@@ -294,8 +295,8 @@ class PairFriction:
     def apply(self, positions: np.ndarray, wrenches: np.ndarray, twists: np.ndarray) -> None:
         """twists += μ·W: each sphere's own mobility and that of the pairs within reach."""
         self._place(positions, wrenches)
-        add = _twist_kernel(self._parallel)
-        add(self._sources, self.radius, self._layout.first, self.reach, twists)
+        place = self.radius, self._layout.first, self.reach
+        sharing.add(_twist_kernel, self._parallel, self._sources, *place, twists)
 
     def add_product(
         self, poses: np.ndarray, wrench_changes: np.ndarray, twists: np.ndarray
@@ -316,8 +317,8 @@ class PairFriction:
             layout.weights,
             self._changes,
         )
-        add = _product_kernel(self._parallel)
-        add(self._sources, self._changes, self.radius, self._layout.first, self.reach, twists)
+        place = self.radius, self._layout.first, self.reach
+        sharing.add(_product_kernel, self._parallel, self._sources, self._changes, *place, twists)
 
     def add_jacobian(
         self,

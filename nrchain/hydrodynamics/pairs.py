@@ -9,13 +9,14 @@ result is written by one iteration alone: it does not depend on the number of th
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, Self
 
 import numpy as np
 from numba import prange
 
 from nrchain._compile import kernel, rename
+from nrchain.hydrodynamics import sharing
 from nrchain.hydrodynamics.images import Layout
 from nrchain.hydrodynamics.pair_law import PairLaw, sum_changes, sum_twists
 
@@ -205,8 +206,9 @@ class SlipFlow:
         if not self:
             return
         self._place(positions, frames)
-        add = twist_kernel(self.law.source, self._parallel)
-        add(self._sources, self.radius, self._layout.first, self.reach, twists)
+        compiled = partial(twist_kernel, self.law.source)
+        place = self.radius, self._layout.first, self.reach
+        sharing.add(compiled, self._parallel, self._sources, *place, twists)
 
     def add_jacobian(self, positions: np.ndarray, frames: np.ndarray, blocks: np.ndarray) -> None:
         """blocks[i, w + m] += ∂(v, ω)_i / ∂(u, φ)_{i+m} of the pairs within w places.
@@ -229,6 +231,6 @@ class SlipFlow:
         if not self:
             return
         _lay_out_changes(poses, self._layout.spheres, self._sources, self._changes)
-        add = product_kernel(self.law.source, self._parallel)
-        first = self._layout.first
-        add(self._sources, self._changes, self.radius, first, self.reach, twists)
+        compiled = partial(product_kernel, self.law.source)
+        place = self.radius, self._layout.first, self.reach
+        sharing.add(compiled, self._parallel, self._sources, self._changes, *place, twists)

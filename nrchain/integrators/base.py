@@ -24,8 +24,8 @@ class NotFinite(IntegrationError):
 
     cause = Cause.NOT_FINITE
 
-    def __init__(self) -> None:
-        super().__init__("the velocities are not finite")
+    def __init__(self, message: str = "the velocities are not finite") -> None:
+        super().__init__(message)
 
 
 class Integrator(ABC):
