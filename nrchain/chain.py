@@ -89,10 +89,12 @@ def closest_pair(positions: np.ndarray, period: float = 0.0) -> tuple[float, int
         return float(distance), int(i), int(j)
     from scipy.spatial import cKDTree
 
-    points = positions
+    inside = points = positions
     if period > 0.0:
+        # every sphere within one period, whichever image it is in
         shift = np.array([period, 0.0, 0.0])
-        points = np.concatenate([positions, positions + shift, positions - shift])
-    distances, neighbours = cKDTree(points).query(positions, k=2)
+        inside = positions - np.floor(positions[:, :1] / period) * shift
+        points = np.concatenate([inside, inside + shift, inside - shift])
+    distances, neighbours = cKDTree(points).query(inside, k=2)
     i = int(np.argmin(distances[:, 1]))
     return float(distances[i, 1]), i, int(neighbours[i, 1]) % len(positions)

@@ -92,7 +92,13 @@ class Guard:
         self._closest = closest_pair(positions, self._period)[0]
 
     def _touching(
-        self, begin: float, before: np.ndarray, end: float, after: np.ndarray, poses_at: PosesAt
+        self,
+        begin: float,
+        before: np.ndarray,
+        end: float,
+        after: np.ndarray,
+        poses_at: PosesAt,
+        divisions: int = DIVISIONS,
     ) -> Stop | None:
         moved = 2.0 * EXCURSION * _largest_move(before, after)
         if self._closest - 2.0 * _largest_move(self._searched, after) - moved > self.contact:
@@ -100,6 +106,13 @@ class Guard:
         self._search(after)
         if self._closest - moved > self.contact:
             return None
+        if self._period and divisions and 2.0 * (self.contact + moved) > self._period:
+            # spheres may meet other images than those that are nearest at the end
+            middle = 0.5 * (begin + end)
+            between = poses_at(middle)[0]
+            parts = ((begin, before, middle, between), (middle, between, end, after))
+            found = (self._touching(*part, poses_at, divisions - 1) for part in parts)
+            return next((stop for stop in found if stop is not None), None)
         pairs = near_pairs(after, self.contact + moved, self._period)
         shifts = separations(after, pairs, self._period) - separations(after, pairs)
 

@@ -1,12 +1,15 @@
 """Contacts and turned links are found at their time, also when a step jumps across them."""
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import nrchain
-from nrchain.guard import Guard
+from nrchain.errors import SceneError
+from nrchain.guard import Guard, most_turned_link
 from nrchain.outcome import Cause, Stop
 
 
@@ -84,6 +87,136 @@ def test_a_link_is_stopped_at_a_quarter_turn():
     assert "link 1" in str(stop)
     assert watch(scene_of(elasticity={"twist": 0, "bend": 0}), path, 0.0, 1.0) is None
     assert watch(scene_of(), path, 0.0, 0.7) is None
+
+
+def twisting(count, rate):
+    """Frames turned about x by ``rate`` t more from each sphere to the next."""
+
+    def path(time):
+        frames = np.tile(np.eye(3), (count, 1, 1))
+        angles = rate * time * np.arange(count)
+        frames[:, 1, 1], frames[:, 1, 2] = np.cos(angles), np.sin(angles)
+        frames[:, 2, 1], frames[:, 2, 2] = -np.sin(angles), np.cos(angles)
+        return 7.0 * np.arange(count)[:, None] * [1.0, 0.0, 0.0], frames
+
+    return path
+
+
+@pytest.mark.parametrize("count", [3, 8])
+def test_the_link_that_closes_a_periodic_chain_is_watched_too(count):
+    """All others turn by little, and it by as much as they do together."""
+    shape = {"chain.spacing": 7.0, "chain.radius": 2.0}
+    path = twisting(count, 2.0 / (count - 1))
+    stop = watch(scene_of(count, **shape, **{"chain.ends": "periodic"}), path, 0.0, 1.0)
+    assert (stop.cause, stop.time) == (Cause.TURN, pytest.approx(np.pi / 4))
+    assert f"link {count - 1} has" in str(stop)
+    assert watch(scene_of(count, **shape), path, 0.0, 1.0) is None
+    angle, link = most_turned_link(path(1.0)[1], True)
+    assert (angle, link) == (pytest.approx(2.0), count - 1)
+    scene = scene_of(count, **shape, **{"chain.ends": "periodic"})
+    with pytest.raises(SceneError, match=f"'link {count - 1}': turned by 2 rad"):
+        nrchain.simulate(scene, frames=path(1.0)[1])
+
+
+WIDE = {"chain.radius": 1.5, "chain.spacing": 40.0}
+CONTACT = 3.0
+
+
+def meeting(nearest, step, strays):
+    """Two spheres that each move by ``step`` along y, and on the way towards each other."""
+
+    def path(time):
+        apart = nearest + 2.0 * strays * step * (1.0 - 4.0 * time * (1.0 - time))
+        x, y = 0.5 * apart, step * time
+        positions = np.array([[-x, y, 0.0], [x, -y, 0.0], [0.0, 0.0, 300.0]])
+        return positions, np.tile(np.eye(3), (3, 1, 1))
+
+    return path
+
+
+@pytest.mark.parametrize("strays", [0.6, 1.0, 1.2])
+def test_two_spheres_that_swing_to_each_other_within_a_step_are_caught(strays):
+    """Each strays by as much as it moves, both towards the other: twice that far they come."""
+    step = 1.0
+    stop = watch(scene_of(**WIDE), meeting(0.8 * CONTACT, step, strays), 0.0, 1.0)
+    assert stop.cause is Cause.TOUCH
+    positions = meeting(0.8 * CONTACT, step, strays)(stop.time)[0]
+    assert np.linalg.norm(positions[0] - positions[1]) == pytest.approx(CONTACT)
+    assert stop.time < 0.5
+    assert watch(scene_of(**WIDE), meeting(1.05 * CONTACT, step, strays), 0.0, 1.0) is None
+
+
+@pytest.mark.parametrize("skew", [-0.5, 0.0, 0.5])
+def test_a_swing_that_is_deepest_late_or_early_in_a_step_is_caught(skew):
+    """Where a separation is looked at in between it may be off by half of what it is elsewhere."""
+
+    def path(time):
+        swing = 4.0 * time * (1.0 - time) * (1.0 + skew * (2.0 * time - 1.0))
+        x = 0.5 * (CONTACT + 0.9 - swing)
+        positions = np.array([[-x, time, 0.0], [x, time, 0.0], [0.0, -2.0 * time, 300.0]])
+        return positions, np.tile(np.eye(3), (3, 1, 1))
+
+    stop = watch(scene_of(**WIDE), path, 0.0, 1.0)
+    assert stop.cause is Cause.TOUCH
+    positions = path(stop.time)[0]
+    assert np.linalg.norm(positions[0] - positions[1]) == pytest.approx(CONTACT)
+    deepest = np.linspace(0.0, 1.0, 1001)
+    shape = 4.0 * deepest * (1.0 - deepest) * (1.0 + skew * (2.0 * deepest - 1.0))
+    assert stop.time == pytest.approx(deepest[np.argmax(shape >= 0.9)], abs=2e-3)
+
+
+@pytest.mark.parametrize("steps", [3, 7, 40, 1000])
+def test_spheres_that_come_from_far_in_many_steps_touch_in_time(steps):
+    """What was found at an earlier search is used as long as they cannot have met since."""
+    scene, speed = scene_of(**WIDE), 20.0
+
+    def path(time):
+        x = 21.0 - speed * time
+        positions = np.array([[-x, 0.0, 0.0], [x, 0.0, 0.0], [0.0, 0.0, 300.0]])
+        return positions, np.tile(np.eye(3), (3, 1, 1))
+
+    times = np.linspace(0.0, 1.5, steps)
+    guard = Guard(scene, path(0.0)[0])
+    for begin, end in itertools.pairwise(times):
+        stop = guard.watch(begin, path(begin)[0], end, path(end), path)
+        if stop:
+            break
+    assert stop.time == pytest.approx((21.0 - 0.5 * CONTACT) / speed, rel=1e-9)
+
+
+@settings(deadline=None, max_examples=200)
+@given(st.integers(0, 10**6), st.sampled_from(["free", "periodic"]), st.floats(0.1, 30.0))
+def test_every_contact_of_a_random_step_is_found_at_its_time(seed, ends, size):
+    """Parabolas that stray by no more than the step moves a sphere, against a fine sampling."""
+    rng = np.random.default_rng(seed)
+    scene = scene_of(4, **{"chain.radius": 1.5, "chain.spacing": 8.0, "chain.ends": ends})
+    start = 8.0 * np.arange(4)[:, None] * [1.0, 0.0, 0.0] + rng.uniform(-1.5, 1.5, (4, 3))
+    moves = rng.uniform(-1.0, 1.0, (4, 3))
+    moves *= size / np.linalg.norm(moves - moves.mean(axis=0), axis=1).max()
+    bends = rng.uniform(-0.5, 0.5, (4, 3)) * size / np.sqrt(3.0)
+
+    def path(time):
+        swing = bends * 4.0 * time * (1.0 - time)
+        return start + moves * time + swing, np.tile(np.eye(3), (4, 1, 1))
+
+    def nearest(time):
+        r = path(time)[0]
+        images = range(-12, 13) if ends == "periodic" else [0]
+        i, j = np.triu_indices(4, 1)
+        shifts = 32.0 * np.array(images)[:, None, None] * [1.0, 0.0, 0.0]
+        return np.linalg.norm(r[i] - r[j] + shifts, axis=-1).min()
+
+    times = np.linspace(0.0, 1.0, 1001)
+    distances = np.array([nearest(time) for time in times])
+    stop = watch(scene, path, 0.0, 1.0)
+    slack = 0.02 * size
+    if distances.min() > CONTACT + slack:
+        assert stop is None
+    elif distances.min() < CONTACT - slack and distances[0] > CONTACT:
+        first = int(np.argmax(distances <= CONTACT))
+        assert stop.cause is Cause.TOUCH
+        assert stop.time <= times[first]
+        assert nearest(stop.time) == pytest.approx(CONTACT, abs=1e-6)
 
 
 def test_poses_that_are_not_numbers():

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+from scipy.stats import linregress
 
 import nrchain
 from nrchain import measure
@@ -137,6 +138,18 @@ def test_standard_errors_are_as_large_as_the_errors(correlation):
         scores.append((rate.growth.value - true.real) / rate.growth.error)
         scores.append((rate.frequency.value - true.imag) / rate.frequency.error)
     assert np.std(scores) == pytest.approx(1.0, abs=0.12)
+
+
+@pytest.mark.parametrize("snapshots", [4, 5, 6, 9])
+def test_the_error_of_a_slope_has_two_degrees_of_freedom_less(snapshots):
+    """Against SciPy's regression, with residuals that are not alike from one to the next."""
+    time = np.linspace(0.0, 3.0, snapshots)
+    positions = straight(3, snapshots)
+    positions[..., 1] += (0.7 * time + 0.1 * (-1.0) ** np.arange(snapshots))[:, None]
+    found = measure.translation(made_of(positions, time))[1]
+    expected = linregress(time, positions[:, 0, 1])
+    assert found.value == pytest.approx(expected.slope)
+    assert found.error == pytest.approx(expected.stderr)
 
 
 def test_the_transient_is_found_and_dropped():

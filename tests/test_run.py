@@ -8,6 +8,8 @@ import time
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from poses import random_chain
 
 import nrchain
@@ -395,11 +397,17 @@ def test_progress_is_reported_at_every_snapshot():
     assert seen[-1].counters["steps"] > 0
 
 
+@pytest.mark.parametrize("search", [0, 1024])
 @pytest.mark.parametrize("period", [0.0, 40.0])
-def test_closest_pair_by_both_searches(period, monkeypatch):
-    positions = random_chain(16, spacing=2.5, noise=0.8)[0]
-    direct = chain.closest_pair(positions, period)
-    monkeypatch.setattr(chain, "DIRECT_SEARCH", 0)
-    tree = chain.closest_pair(positions, period)
-    assert direct[0] == pytest.approx(tree[0])
-    assert set(direct[1:]) == set(tree[1:])
+@given(st.integers(0, 10**6), st.lists(st.integers(-4, 4), min_size=16, max_size=16))
+def test_the_closest_pair_is_that_of_all_images(period, search, seed, images):
+    positions = random_chain(16, spacing=2.5, noise=0.8, seed=seed)[0]
+    moved = positions + np.outer(images, [period, 0.0, 0.0])
+    i, j = np.triu_indices(16, 1)
+    shifts = period * np.arange(-10.0, 11.0)[:, None, None] * [1.0, 0.0, 0.0]
+    distances = np.linalg.norm(moved[i] - moved[j] + shifts, axis=-1).min(axis=0)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(chain, "DIRECT_SEARCH", search)
+        distance, first, second = chain.closest_pair(moved, period)
+    assert distance == pytest.approx(distances.min())
+    assert {first, second} == {i[np.argmin(distances)], j[np.argmin(distances)]}

@@ -57,6 +57,52 @@ def test_derivative_against_differences_and_symmetric(kind, period):
         assert dense(blocks, True) == pytest.approx(products)
 
 
+def energy_over_images(kind, positions, period, strength=3.0, reach=2.6):
+    """Σ φ(|r_i − r_j + p P x|) over pairs and all images p near enough, by the formulas."""
+    total, sigma = 0.0, reach / 2 ** (1 / 6)
+    away = int(np.ceil(np.ptp(positions[:, 0]) / period)) + 1
+    for i in range(len(positions)):
+        for j in range(i):
+            for p in range(-away, away + 1):
+                r = np.linalg.norm(positions[i] - positions[j] + [p * period, 0.0, 0.0])
+                if r >= reach:
+                    continue
+                if kind == "wca":
+                    total += 4 * strength * ((sigma / r) ** 12 - (sigma / r) ** 6 + 0.25)
+                else:
+                    total += strength / 2 * (1 - r / reach) ** 2
+    return total
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@given(st.integers(0, 10**6), st.lists(st.integers(-3, 3), min_size=7, max_size=7))
+def test_spheres_repel_the_nearest_image_of_each_other(kind, seed, images):
+    """Whatever image of itself a sphere is in: a sum over all images has the same energy."""
+    positions = crowd(7, seed)[0]
+    expected = energy_over_images(kind, positions, 14.0)
+    moved = positions + np.outer(images, [14.0, 0.0, 0.0])
+    assert energy_over_images(kind, moved, 14.0) == pytest.approx(expected, rel=1e-9, abs=1e-12)
+    for there in (positions, moved):
+        energy, wrenches = forces(kind, there, 14.0)
+        assert energy == pytest.approx(expected, rel=1e-9, abs=1e-12)
+        assert wrenches == pytest.approx(forces(kind, positions, 14.0)[1], rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_force_over_the_seam_is_minus_the_slope_of_the_sum_over_images(kind):
+    positions = np.array([[0.2, 0.1, 0.0], [7.0, 0.0, 0.3], [12.1, -0.2, 0.1]])
+    _, wrenches = forces(kind, positions, 14.0)
+    assert wrenches[0, 0] > 0.0 > wrenches[2, 0]
+    step = 1e-6
+    for sphere in (0, 2):
+        for k in range(3):
+            ahead, behind = positions.copy(), positions.copy()
+            ahead[sphere, k] += step
+            behind[sphere, k] -= step
+            slope = energy_over_images(kind, ahead, 14.0) - energy_over_images(kind, behind, 14.0)
+            assert wrenches[sphere, k] == pytest.approx(-slope / (2 * step), rel=1e-6, abs=1e-6)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_it_begins_smoothly_at_its_range_and_pushes_apart_below(kind):
     for distance, pushed in ((2.6 + 1e-9, 0.0), (2.6 - 1e-9, 1e-6), (2.2, None), (1.9, None)):
