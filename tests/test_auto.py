@@ -175,6 +175,24 @@ def test_a_set_cuts_all_flows_alike_and_is_told_by_name():
     ]
 
 
+def test_the_cost_of_a_disturbed_flow_grows_with_its_reach_and_its_finite_size():
+    sheared = {"flow.gradient": [[0.0, 0.01, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]}
+    full = full_scene(nrchain.load_scene("passive", **QUIET, **sheared, **{"slip.2s": 1.0}))
+    whole = Fluid.of(full)
+    costs = [
+        evaluation_cost(full, whole._replace(**changes))
+        for changes in ({"strain": 0.0}, {"strain": 2.0}, {"strain": 12.0}, {})
+    ]
+    assert costs == sorted(costs)
+    assert len(set(costs)) == len(costs)
+    alone = nrchain.load_scene(full, **{"slip.2s": None})
+    leading = nrchain.load_scene(alone, **{"flow.finite_size": False})
+    assert evaluation_cost(leading) < evaluation_cost(alone) < evaluation_cost(full)
+    cut = nrchain.load_scene(leading, **{"slip.2s": 1.0, "slip.neighbours": 3})
+    cut = nrchain.load_scene(cut, **{"flow.neighbours": 5, "slip.finite_size": False})
+    assert Fluid.of(cut) == (math.inf, 3.0, 5.0, False)
+
+
 def test_a_choice_is_watched_from_its_own_poses(quiet):
     scene, choice = choose(quiet)
     poses = nrchain.simulate(scene).positions[-1], nrchain.simulate(scene).frames[-1]

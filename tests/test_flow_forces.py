@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import nrchain
+from nrchain.choice import Choice
 from nrchain.errors import SceneWarning
 from nrchain.model import Model
 from nrchain.regime import warnings
@@ -65,12 +66,23 @@ def test_the_advice_brings_what_a_sum_of_stokeslets_says(cause):
     assert np.abs(with_friction - without)[:, 0].max() > np.abs(strain).max()
 
 
-def test_the_numbers_are_those_of_a_neighbour():
-    (text,) = told(make(**PUSHED, **{"flow.gradient": EXTENSION}))
-    dropped = 1.5 * RADIUS / D * 20.0 / GAMMA
+@pytest.mark.parametrize(
+    ("cause", "velocity"),
+    [(PUSHED, 20.0 / GAMMA), (HELD, RATE * D * (COUNT - 1))],
+    ids=["pushed", "held"],
+)
+def test_the_numbers_are_those_of_a_neighbour(cause, velocity):
+    (text,) = told(make(**cause, **{"flow.gradient": EXTENSION}))
+    dropped = 1.5 * RADIUS / D * velocity
     kept = 2.5 * RADIUS**3 / D**2 * RATE
     assert f"up to {dropped:.2g}, of order a/r" in text
     assert f"up to {kept:.2g} and of order (a/r)²" in text
+
+
+def test_a_run_whose_effects_were_chosen_is_not_warned_of_what_the_choice_bounds():
+    scene = make(**HELD, **{"flow.gradient": EXTENSION})
+    choice = Choice(0.1, (), 0.0, 0.0, (), (), "chosen")
+    assert nrchain.simulate(scene, choice=choice).status == "completed"
 
 
 @pytest.mark.parametrize(

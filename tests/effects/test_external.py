@@ -6,6 +6,7 @@ from poses import random_chain
 
 import nrchain
 from nrchain.charts import ChartedChain
+from nrchain.effects.registry import acting
 from nrchain.errors import SceneError
 from nrchain.model import Model
 
@@ -95,6 +96,19 @@ def test_finite_size_takes_its_part_off_the_relative_velocity_of_a_pair(friction
     lost = (5 / rho**3 - 8 / rho**5) * lengthwise + 16 / 3 / rho**5 * (pulled - lengthwise)
     relative = twists[1, :3] - twists[0, :3]
     assert relative == pytest.approx(pulled - lost, rel=1e-12)
+
+
+def test_the_scale_of_a_disturbance_is_what_one_neighbour_does_along_the_line():
+    rate, d = 0.3, 6.0
+    gradient = np.diag([rate, -rate / 2, -rate / 2])
+    changes = {"chain.spacing": d, "chain.radius": 1.5, "flow.finite_size": True}
+    scene = make(2, **changes, **{"flow.gradient": gradient})
+    positions, frames = np.array([[0.0, 0, 0], [d, 0, 0]]), np.tile(np.eye(3), (2, 1, 1))
+    for effect in acting(scene):
+        if effect.name != "flow":
+            twists = np.zeros((2, 6))
+            effect(scene).add_twists(positions, frames, twists)
+            assert effect.scale(scene) == pytest.approx(abs(twists[1, 0]), rel=1e-12)
 
 
 def test_a_rigid_rotation_is_not_disturbed():
