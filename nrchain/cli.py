@@ -189,7 +189,7 @@ def run(
     from nrchain.run import output_file, simulate
 
     place = output or Path("runs") / Path(scene).stem
-    folder, file = output_file(place)
+    folder, file = output_file(place, overwrite)
     what, choice = _chosen(scene, changes)
     said = warnings(what)
     _warn(what, said)

@@ -107,14 +107,14 @@ def create(
     Raises :class:`~nrchain.errors.SceneError` for more snapshots than the disk has room for, and
     :class:`~nrchain.errors.TrajectoryError` for a file that exists or cannot be made.
     """
-    _refuse_existing(path, overwrite)
+    refuse_existing(path, overwrite)
     _refuse_more_than_fits(path, scene)
     with refusing(path, "cannot be created"):
         partial = path.with_name(path.name + ".partial")
         claim = _claim_new(path, partial)
         try:
             # whoever had the claim before may just have finished
-            _refuse_existing(path, overwrite)
+            refuse_existing(path, overwrite)
             with _claim_old(path):
                 _fill(partial, scene, times, choice)
                 os.replace(partial, path)
@@ -125,7 +125,8 @@ def create(
     return claim
 
 
-def _refuse_existing(path: Path, overwrite: bool) -> None:
+def refuse_existing(path: Path, overwrite: bool) -> None:
+    """Refuse a place that is taken; a run asks before it spends time on anything else."""
     if path.exists() and not overwrite:
         raise TrajectoryError(
             f"{path}: exists; an existing result is only replaced with overwrite=True (--overwrite)"

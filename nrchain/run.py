@@ -28,7 +28,7 @@ from nrchain.flow_forces import stokeslet_warning
 from nrchain.folders import made
 from nrchain.growth import GrowthWatch
 from nrchain.guard import Guard, Poses
-from nrchain.h5md import FILE_NAME, refusing
+from nrchain.h5md import FILE_NAME, refuse_existing, refusing
 from nrchain.integrators import find_integrator
 from nrchain.integrators.base import IntegrationError, Integrator
 from nrchain.interruption import Interruption, deferred
@@ -343,24 +343,25 @@ def simulate(
     KeyboardInterrupt
         On Ctrl-C and SIGTERM, once the step under way is done and the file is closed in order.
     """
+    place = None if output is None else output_file(output, overwrite)
     poses = starting_poses(scene, positions, frames)
     if scene.effects == "auto":
         from nrchain.auto import choose
 
         scene, choice = choose(scene, poses)
-    told = [seed_warning(scene, *poses)]
-    if choice is None:  # where effects were chosen, what they drop is bounded
-        told.append(stokeslet_warning(scene, *poses))
-    for text in filter(None, told):
+    told = seed_warning(scene, *poses)
+    # where effects were chosen, what they drop is bounded
+    dropped = stokeslet_warning(scene, *poses) if choice is None else ""
+    for text in filter(None, (told, dropped)):
         warnings.warn(text, SceneWarning, stacklevel=2)
-    if output is None:
+    if place is None:
         memory = Memory(scene)
         with deferred() as interruption, interruption.second_at_once():
             stop = _Run(
                 scene, memory, progress, interruption, poses, choice=choice, told=bool(told)
             ).go()
         return replace(memory.trajectory(scene, stop), choice=choice)
-    folder, path = output_file(output)
+    folder, path = place
     with (
         deferred() as interruption,
         made(folder) if folder else nullcontext(),
@@ -375,21 +376,23 @@ def simulate(
         return _finish(writer, stop)
 
 
-def output_file(output: str | Path) -> tuple[Path | None, Path]:
+def output_file(output: str | Path, overwrite: bool = False) -> tuple[Path | None, Path]:
     """The folder to make, if one is named, and the file: ``output`` itself if it ends as one.
 
     A dot and a number, as in ``runs/R1e7.5``, make no ending. Raises
-    :class:`~nrchain.errors.TrajectoryError` for the ending of another kind of file.
+    :class:`~nrchain.errors.TrajectoryError` for the ending of another kind of file, and for a file
+    that exists and is not to be replaced.
     """
     path = Path(output)
     with refusing(path, "cannot be made"):
-        if path.is_dir() or not _ENDING.fullmatch(path.suffix):
-            return path, path / FILE_NAME
-    if path.suffix.lower() not in ENDINGS:
-        raise TrajectoryError(
-            f"{path}: must be a folder, or a file that ends in {', '.join(ENDINGS)}"
-        )
-    return None, path
+        is_folder = path.is_dir() or not _ENDING.fullmatch(path.suffix)
+        if not is_folder and path.suffix.lower() not in ENDINGS:
+            raise TrajectoryError(
+                f"{path}: must be a folder, or a file that ends in {', '.join(ENDINGS)}"
+            )
+        file = path / FILE_NAME if is_folder else path
+        refuse_existing(file, overwrite)
+    return path if is_folder else None, file
 
 
 def resume(

@@ -411,3 +411,30 @@ def test_the_closest_pair_is_that_of_all_images(period, search, seed, images):
         distance, first, second = chain.closest_pair(moved, period)
     assert distance == pytest.approx(distances.min())
     assert {first, second} == {i[np.argmin(distances)], j[np.argmin(distances)]}
+
+
+@pytest.mark.parametrize("name", ["", "mine.h5"])
+def test_a_place_that_is_taken_is_refused_before_effects_are_chosen(tmp_path, monkeypatch, name):
+    chosen = {"effects": "auto", "tolerance": 0.01, "run.end": 1.0}
+    scene = nrchain.load_scene("stable", **chosen)
+    place = tmp_path / name if name else tmp_path
+    (tmp_path / (name or "trajectory.h5")).write_bytes(b"dear")
+    monkeypatch.setattr("nrchain.auto.choose", lambda *_: pytest.fail("time is spent"))
+    with pytest.raises(TrajectoryError, match="only replaced with overwrite"):
+        nrchain.simulate(scene, output=place)
+
+
+def test_growth_is_told_of_where_nothing_was_said_of_the_start(monkeypatch):
+    """What a run warns of on its way depends on whether its start was warned of, and no more."""
+    seen = []
+    real = run.GrowthWatch
+
+    def watch(scene, *, told):
+        seen.append(told)
+        return real(scene, told=told)
+
+    monkeypatch.setattr(run, "GrowthWatch", watch)
+    nrchain.simulate(nrchain.load_scene("stable", **{"run.end": 1.0}))
+    with pytest.warns(nrchain.SceneWarning, match="straight"):
+        nrchain.simulate(nrchain.load_scene("buckling", **{"start.shape": "straight"}))
+    assert seen == [False, True]
