@@ -2,7 +2,8 @@
 
 Implicit steps damp what grows by more than e in one of them, as long as it stays below the
 tolerance: a chain that buckles under a load then ends straight. While a chain is nearly straight,
-its steps are held against the rates at which it leaves that state, whatever they come from.
+its steps are held against the rates at which it leaves that state, whatever they come from. Which
+growth a step follows is in :mod:`nrchain.followed`; here is when that is looked at.
 
 Rates are taken anew where links have become longer, shorter or more twisted, and where steps have
 become too long for the last: at once the first few times, then at steps ever farther apart, so that
@@ -20,21 +21,16 @@ import numpy as np
 from nrchain._compile import kernel
 from nrchain.charts import ChartedChain
 from nrchain.errors import SceneWarning
+from nrchain.followed import LARGEST, SEEN, Sight
 from nrchain.growing_modes import Growth, growth_about_base
 from nrchain.guard import Poses
+from nrchain.integrators.base import Integrator
 from nrchain.model import Model
 from nrchain.outcome import Cause, Stop
 from nrchain.scene import Scene
-from nrchain.seed import LEAST_ATOL
 
 NEARLY = 1e4
-"""Bends below this many times ``run.atol`` are watched: larger ones rule the steps themselves."""
-
-LARGEST = 1e-2
-"""Bends of this many radii or radians are never watched: their growth is no longer linear."""
-
-FOLLOWED = 1.0
-"""h μ up to which a step follows a growth."""
+"""Bends below this many tolerances are watched: modes hardly in larger ones are seen as well."""
 
 FOLDS = math.log(10.0)
 """Growth by less than e to this power over the rest of the run is let be."""
@@ -45,9 +41,6 @@ CHANGED = 0.2
 LONGER = 10.0
 """So are they when steps have become this many times as long."""
 
-SEEN = 10.0
-"""A bend of this many times ``run.atol`` that becomes less is solved for, and decays."""
-
 BENT = 8
 """Steps until a chain that was found bent is looked at again."""
 
@@ -57,62 +50,51 @@ STRAIGHT = 1e-13
 AT_ONCE = 4
 """Looks at rates that follow each other at once; from then on twice the steps lie between two."""
 
-ABSENT = 1e-8
-"""A mode below this part of the bend is not in it, by symmetry or otherwise."""
-
-ADVISED = 1e-5
-"""``run.atol`` over the bend with which modes come out right that are hardly in it."""
-
 
 class GrowthWatch:
     """Watches the steps of one run; ``restart`` forgets all, where the integrator does."""
 
-    def __init__(self, scene: Scene, *, told: bool) -> None:
-        self._scene, self._told = scene, told
+    def __init__(self, scene: Scene, integrator: Integrator, *, told: bool) -> None:
+        self._scene, self._integrator, self._told = scene, integrator, told
         self._radius = scene.chain.radius
         self._periodic = scene.chain.ends == "periodic"
-        self._limit = min(NEARLY * scene.run.atol, LARGEST)
         self._chain: ChartedChain | None = None
         self.restart()
 
     def restart(self) -> None:
         """Begin anew, as a run does that goes on from here."""
-        self._before = self._least = math.inf
+        self._before = math.inf
         self._pause = 0
         self._links: np.ndarray | None = None
+        self._most = np.zeros(self._integrator.chain.dimension)
         self._scale = np.zeros(2)
         self._fastest = self._judged = self._step = 0.0
         self._looks = self._wait = 0
 
-    def watch(self, begin: float, end: float, poses: Poses) -> Stop | None:
-        """What the step from ``begin`` to ``end``, where it came to ``poses``, says of growth."""
+    def watch(self, begin: float, end: float, poses: Poses, y: np.ndarray) -> Stop | None:
+        """What the step from ``begin`` to ``end``, where it came to ``poses``, says of growth.
+
+        ``y`` are the integrator's coordinates of these poses.
+        """
         if self._pause:
             self._pause -= 1
             return None
-        bend = _bend(*poses, self._radius, self._periodic, self._limit)
-        if bend >= self._limit:
-            self._pause = BENT - 1
-            return None
+        bend = _bend(*poses, self._radius, self._periodic, LARGEST)
         if bend <= STRAIGHT and self._told:
             return None
+        self._most = np.maximum(self._most, np.abs(y))
+        sight = Sight.of(self._integrator, self._scene.run.atol, y, self._most)
+        tolerance = sight.across(_axis(poses[0], self._periodic))
+        if bend >= min(NEARLY * tolerance, LARGEST):
+            self._pause = BENT - 1
+            return None
         falls, self._before = bend < self._before, bend
-        if bend > STRAIGHT:
-            self._least = min(self._least, bend)
-        atol, step = self._scene.run.atol, end - begin
-        if falls and bend > SEEN * atol and self._links is None:
+        step, left = end - begin, self._scene.run.end - end
+        if falls and bend > SEEN * tolerance and self._links is None:
             return None
-        slow = step * self._fastest <= max(FOLLOWED, self._judged)
-        self._wait -= 1
-        if slow and (
-            self._wait > 0 or not (self._has_changed(poses) or step > LONGER * self._step)
-        ):
+        if left <= 0.0 or not self._is_due(step, poses):
             return None
-        self._looks += 1
-        self._wait = 2 ** max(self._looks - AT_ONCE, 0)
-        left = self._scene.run.end - end
-        if left <= 0.0:
-            return None
-        growth = self._growth(end, step, left, poses, bend)
+        growth = self._growth(end, step, left, poses)
         self._fastest = float(growth.rates.max(initial=0.0))
         self._judged, self._step = 2.0 * step * self._fastest, step
         if not len(growth.rates):
@@ -120,29 +102,33 @@ class GrowthWatch:
         if bend <= STRAIGHT:
             self._tell(end, self._fastest)
             return None
-        return self._judge(growth, step, end, left, bend)
-
-    def _judge(
-        self, growth: Growth, step: float, time: float, left: float, bend: float
-    ) -> Stop | None:
-        """Stop where nothing of what grows is above ``atol``, or steps are too long for it."""
-        atol = self._scene.run.atol
-        rates, present = growth.rates, growth.amplitudes
-        with np.errstate(divide="ignore"):
-            rises = np.log(present) + rates * left > math.log(atol)
-        rises &= present > ABSENT * bend
-        passed_over = rises & (step * rates > FOLLOWED)
-        hidden = rises & (present.max() < atol)
-        if not (passed_over | hidden).any():
+        lost = sight.passed_over(growth, step, left, bend)
+        if lost is None:
             return None
-        rate = float(rates[passed_over | hidden].max())
-        advised = max(min(ADVISED * self._least, 1e-2 * atol), LEAST_ATOL)
-        finer = f"run.atol = {advised:.1g}, or " if advised < atol else ""
-        return Stop(
-            Cause.GROWTH,
-            time,
-            f"a bend of {bend:.2g} a grows at rate {rate:.3g}, which steps of {step:.2g} at run."
-            f"atol = {atol:g} do not follow; {finer}a larger start resolves it",
+        told = self._reason(growth.rates[lost], growth.parts[lost], sight, step, bend)
+        return Stop(Cause.GROWTH, end, told)
+
+    def _is_due(self, step: float, poses: Poses) -> bool:
+        """Whether rates are to be taken after this step."""
+        slow = step * self._fastest <= max(self._integrator.followed, self._judged)
+        self._wait -= 1
+        if slow and (
+            self._wait > 0 or not (self._has_changed(poses) or step > LONGER * self._step)
+        ):
+            return False
+        self._looks += 1
+        self._wait = 2 ** max(self._looks - AT_ONCE, 0)
+        return True
+
+    def _reason(self, rate: float, part: np.ndarray, sight: Sight, step: float, bend: float) -> str:
+        run = self._scene.run
+        at = part, run.atol, run.rtol
+        size, finer = min(sight.sizes(*at), sight.certain(*at)), sight.resolving(part)
+        return (
+            f"a part of the bend of {bend:.2g} a grows at rate {rate:.3g}; it is {size:.2g} of the "
+            f"tolerance (run.atol = {run.atol:g}, run.rtol = {run.rtol:g}), and steps of "
+            f"{step:.2g} do not follow it; {finer}{', or ' if finer else ''}a larger start "
+            "resolves it"
         )
 
     def _has_changed(self, poses: Poses) -> bool:
@@ -158,14 +144,14 @@ class GrowthWatch:
         self._links = links
         return True
 
-    def _growth(self, time: float, step: float, left: float, poses: Poses, bend: float) -> Growth:
+    def _growth(self, time: float, step: float, left: float, poses: Poses) -> Growth:
         """The modes that grow by more than ``FOLDS`` in what is left, at these poses."""
         if self._chain is None:
             # one of its own: the integrator's is not to notice
             self._chain = ChartedChain(Model(self._scene))
         self._chain.rebase(time, *poses)
         axis = _axis(poses[0], self._periodic)
-        return growth_about_base(self._chain, axis, FOLDS / left, 1.0 / step, bend)
+        return growth_about_base(self._chain, axis, FOLDS / left, self._integrator.followed / step)
 
     def _tell(self, time: float, rate: float) -> None:
         if self._told:

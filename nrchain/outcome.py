@@ -57,8 +57,8 @@ _ADVICE = {
     Cause.INTERRUPTED: "resume the run to go on",
     Cause.NEGLECTED: "run the scene again with those keys or a smaller tolerance; or resume it "
     "with --unwatched, as it is and without a bound",
-    Cause.GROWTH: "set run.atol as the reason says, or start from a larger bend: what grows "
-    "must be above the tolerance",
+    Cause.GROWTH: "set the tolerances as the reason says, or start from a larger bend: what "
+    "grows must be above them",
     Cause.ERROR: "see the message: something outside the run failed",
 }
 

@@ -109,7 +109,7 @@ class _Run:
             self._record(0.0, *begin)
             self._checkpoint()
         self.guard = Guard(scene, self.positions)
-        self.growth = GrowthWatch(scene, told=told)
+        self.growth = GrowthWatch(scene, self.integrator, told=told)
 
     @property
     def counters(self) -> dict[str, float]:
@@ -169,7 +169,7 @@ class _Run:
                 # before anything in this step is recorded: its poses mean nothing
                 raise Stop(Cause.CHART, self.time, "a step has turned a sphere by a half turn")
             try:
-                self._go_over(reached)
+                self._go_over(reached, y)
             finally:
                 self.stopwatch.lap(self.chain.evaluations)
             if self.next == len(self.times):
@@ -201,13 +201,13 @@ class _Run:
         if limits.max_seconds is not None and spent > limits.max_seconds:
             raise Stop(Cause.BUDGET, self.time, f"{limits.max_seconds:g} s are spent")
 
-    def _go_over(self, reached: float) -> None:
+    def _go_over(self, reached: float, y: np.ndarray) -> None:
         """Record what is due in the step just taken; end it where an event does."""
         end = min(reached, float(self.times[-1]))
         poses = self._poses_at(end)
         stop = self.guard.watch(self.time, self.positions, end, poses, self._poses_at)
         if stop is None:
-            stop = self.growth.watch(self.time, end, poses)
+            stop = self.growth.watch(self.time, end, poses, y)
         until = end if stop is None else stop.time
         while self.next < len(self.times) and self.times[self.next] <= until:
             due = float(self.times[self.next])
