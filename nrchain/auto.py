@@ -15,8 +15,9 @@ without friction between spheres and finite size; each has a counted cost
 (:mod:`nrchain.nominal_cost`), and of sets that cost about as much the fuller is kept, beside the
 cheapest of all. They are integrated together with the full model on shared steps of loose tolerance
 (:mod:`nrchain.paired`); each is given up as soon as it strays from the full model by x over
-:data:`MARGIN`. Of those that reach the end the cheapest is taken. Where the full model costs hardly
-more than the cheapest, less than the choice itself would, it is taken at once.
+:data:`MARGIN`. Of those that reach the end the cheapest is taken. Where no set saves a third of the
+work of the full model, that is taken. Whenever it is, the choice holds what the cheapest set would
+have saved, and its error.
 
 A probe that would cost too much ends early: the distances are then carried on
 (:func:`carry_on`), and the bound is an estimate beyond that time. In either case
@@ -29,11 +30,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from nrchain.choice import Choice, full_scene, missing_friction, velocity_difference
+from nrchain.choice import Choice, Forgone, full_scene, missing_friction, velocity_difference
 from nrchain.effects.slip import reach_text
 from nrchain.errors import SceneError
 from nrchain.guard import Poses
@@ -49,9 +50,6 @@ MARGIN = 1.1
 
 ALIKE = 1.5
 """Of two sets of which one holds the other, the fuller is tried alone if it costs no more."""
-
-PROBE_SHARE = 0.25
-"""Time of a probe over that of the run, about, for each of its members."""
 
 SAMPLES = 17
 """Times at which sets are compared with the full model, evenly spaced, and as many again early."""
@@ -71,6 +69,9 @@ more are given up."""
 
 PROBE_BUDGET = 20.0
 """Nominal seconds that a probe may take."""
+
+FIGURE_BUDGET = 0.3
+"""Those of a probe that only tells how far a set strays which would save too little."""
 
 
 def choose(
@@ -92,13 +93,15 @@ def choose(
 
 
 def _chosen(tolerance: float, full: Scene, begin: Poses, budget: float) -> tuple[Scene, Choice]:
-    sets = ladder(full)
-    if not sets or evaluation_cost(full) * (1.0 - PROBE_SHARE) < (
-        evaluation_cost(full, sets[0]) * (1.0 + PROBE_SHARE)
-    ):
-        reason = "it costs no more than to find out what could be left out"
+    others = list(_subsets(full))
+    if not others:
+        reason = "there is nothing that could be left out"
         return full, Choice(tolerance, (), 0.0, 0.0, (), (), reason)
-    return _tried(tolerance, full, [one.applied(full) for one in sets], begin, budget)
+    if sets := ladder(full):
+        return _tried(tolerance, full, sets, begin, budget).choice()
+    cheapest = min(others, key=lambda one: evaluation_cost(full, one))
+    probe = _tried(tolerance, full, [cheapest], begin, min(budget, FIGURE_BUDGET))
+    return probe.full_model(f"every other set takes more than 1/{ALIKE:g} of its work")
 
 
 def ladder(full: Scene) -> list[Fluid]:
@@ -140,68 +143,108 @@ def _subsets(full: Scene) -> set[Fluid]:
     return found - {whole}
 
 
-def _tried(
-    tolerance: float, full: Scene, sets: list[Scene], begin: Poses, budget: float
-) -> tuple[Scene, Choice]:
-    """Integrate all sets beside the full model, and take the cheapest that stays near it."""
-    members = [full, *sets]
+@dataclass
+class _Probe:
+    """The full model and sets of its effects, by their cost, followed side by side.
+
+    ``distances`` and ``velocities`` hold those of every member from the full model at the times
+    ``reached``, as long as it was followed.
+    """
+
+    tolerance: float
+    full: Scene
+    sets: list[Fluid]
+    run: PairedRun
+    reached: list[float]
+    distances: list[list[float]]
+    velocities: list[list[float]]
+
+    def compare(self) -> None:
+        """Look at all members there are, at the time the run has reached."""
+        run, models = self.run, self.run.models
+        self.reached.append(run.time)
+        for m in [m for m in run.members if m]:
+            far = max(apart(run.poses[m], run.poses[0], self.full.chain.radius))
+            self.distances[m].append(far)
+            self.velocities[m].append(_neglected(models, m, run.poses[m], self.full))
+
+    def is_open(self, member: int) -> bool:
+        """Whether the probe has ended before the run of this member and of the full model does."""
+        going = member in self.run.members and 0 not in self.run.stops
+        return going and self.reached[-1] < self.full.run.end
+
+    def bound(self, member: int) -> float:
+        """Distance from the full model to be expected by the end, or by the last look at it."""
+        found = max(self.distances[member])
+        if self.is_open(member):
+            followed = np.array(self.reached), np.array(self.distances[member])
+            found = max(found, carry_on(*followed, self.full.run.end))
+        return found * MARGIN
+
+    def work(self, member: int) -> float:
+        """Of a right-hand side, over that of the full model."""
+        return evaluation_cost(self.full, self.sets[member - 1]) / evaluation_cost(self.full)
+
+    def choice(self) -> tuple[Scene, Choice]:
+        """The cheapest set that stays within the tolerance, or the full model."""
+        probed = self.reached[-1]
+        if probed == 0.0:
+            return self.full_model("a probe of what could be left out takes too long")
+        for m in sorted(m for m in self.run.members if m):
+            if (bound := self.bound(m)) <= self.tolerance:
+                chosen = self.run.scenes[m]
+                return chosen, Choice(
+                    self.tolerance,
+                    tuple(_left_out(self.full, chosen)),
+                    bound,
+                    probed,
+                    tuple(self.reached),
+                    tuple(self.velocities[m]),
+                    "the cheapest set that a probe beside the full model allows",
+                    work=self.work(m),
+                )
+        return self.full_model(
+            f"every cheaper set strays from it by {self.tolerance:g} by t = {probed:.3g}"
+        )
+
+    def full_model(self, reason: str) -> tuple[Scene, Choice]:
+        """The full model, and what the cheapest set would have saved."""
+        followed = len(self.distances[1])
+        stop = self.run.stops.get(1)
+        forgone = Forgone(
+            tuple(_left_out(self.full, self.run.scenes[1])),
+            self.work(1),
+            self.bound(1) if followed > 1 else None,
+            self.reached[followed - 1],
+            self.is_open(1),
+            f"{stop.cause} at t = {stop.time:.3g}" if stop else "",
+        )
+        choice = Choice(self.tolerance, (), 0.0, self.reached[-1], (), (), reason, forgone=forgone)
+        return self.full, choice
+
+
+def _tried(tolerance: float, full: Scene, sets: list[Fluid], begin: Poses, budget: float) -> _Probe:
+    """Integrate all sets beside the full model, as long as they stay near it."""
+    members = [full, *(one.applied(full) for one in sets)]
     end = full.run.end
     even, early = np.linspace(0.0, end, SAMPLES)[1:], np.geomspace(FIRST * end, end, SAMPLES)[:-1]
-    times = np.union1d(even, early)
     run = PairedRun(members, begin, min(LOOSEST, CLOSE * tolerance))
-    models = run.models
-    distances: list[list[float]] = [[0.0] for _ in members]
-    velocities = [[_neglected(models, m, begin, full)] for m in range(len(members))]
-    reached = [0.0]
-
-    def compare() -> None:
-        reached.append(run.time)
-        for m in [m for m in run.members if m]:
-            distances[m].append(max(apart(run.poses[m], run.poses[0], full.chain.radius)))
-            velocities[m].append(_neglected(models, m, run.poses[m], full))
-
-    for time in run.go(times, budget):
-        compare()
-        run.drop([m for m in run.members if m and distances[m][-1] * MARGIN > tolerance])
+    velocities = [[_neglected(run.models, m, begin, full)] for m in range(len(members))]
+    probe = _Probe(tolerance, full, sets, run, [0.0], [[0.0] for _ in members], velocities)
+    for time in run.go(np.union1d(even, early), budget):
+        probe.compare()
+        far = probe.distances
+        run.drop([m for m in run.members if m and far[m][-1] * MARGIN > tolerance])
         if time >= SETTLED * end:
-            near = [m for m in run.members if m and max(distances[m]) < SURE * tolerance]
+            near = [m for m in run.members if m and max(far[m]) < SURE * tolerance]
             run.drop([m for m in run.members if near and m > near[0]])
-    if run.time > reached[-1] and 0 in run.members:
-        compare()
-    return _cheapest(tolerance, members, run, reached, distances, velocities)
+    if run.time > probe.reached[-1] and 0 in run.members:
+        probe.compare()
+    return probe
 
 
 def _neglected(models: list[Model], member: int, poses: Poses, full: Scene) -> float:
     return velocity_difference(models[0], models[member], poses, full.chain.radius)
-
-
-def _cheapest(
-    tolerance: float,
-    members: list[Scene],
-    run: PairedRun,
-    reached: list[float],
-    distances: list[list[float]],
-    velocities: list[list[float]],
-) -> tuple[Scene, Choice]:
-    full, end = members[0], members[0].run.end
-    probed = reached[-1]
-    if probed == 0.0:
-        reason = "a probe of what could be left out takes too long"
-        return full, Choice(tolerance, (), 0.0, 0.0, (), (), reason)
-    for m in sorted(m for m in run.members if m):
-        bound = max(distances[m])
-        if probed < end and 0 not in run.stops:
-            followed = np.array(reached), np.array(distances[m])
-            bound = max(bound, carry_on(*followed, end))
-        bound *= MARGIN
-        if bound <= tolerance:
-            left_out = tuple(_left_out(full, members[m]))
-            reason = "the cheapest set that a probe beside the full model allows"
-            return members[m], Choice(
-                tolerance, left_out, bound, probed, tuple(reached), tuple(velocities[m]), reason
-            )
-    reason = f"every cheaper set strays from it by {tolerance:g} by t = {probed:.3g}"
-    return full, Choice(tolerance, (), 0.0, probed, (), (), reason)
 
 
 def _left_out(full: Scene, chosen: Scene) -> Iterator[str]:

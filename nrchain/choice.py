@@ -32,6 +32,54 @@ FRICTION = {"friction.kind": "pairwise", "friction.neighbours": "all"}
 
 
 @dataclass(frozen=True)
+class Forgone:
+    """The cheapest set where the full model is taken: what it would save, and at what error.
+
+    Attributes
+    ----------
+    left_out
+        In words.
+    work
+        Of a right-hand side, over that of the full model, by count (:mod:`nrchain.nominal_cost`).
+    error
+        Distance from the full model that is to be expected, in radii or radians, as for
+        :attr:`Choice.bound`; None where no probe has told.
+    until
+        The time to which the probe followed it: the end of the run, or where it strayed by more
+        than is allowed, where one of the two stopped, or as far as the probe went.
+    carried
+        Whether the probe ended before, so that the error is carried on from there.
+    stops
+        Why its run is expected to stop, if it is.
+    """
+
+    left_out: tuple[str, ...]
+    work: float
+    error: float | None
+    until: float
+    carried: bool = False
+    stops: str = ""
+
+    def line(self, tolerance: float, end: float) -> str:
+        """Saving and error in one sentence."""
+        told = (
+            f"the cheapest set leaves out {', '.join(self.left_out)}: a right-hand side takes "
+            f"{self.work:.2g} of the work"
+        )
+        if self.error is None:
+            return f"{told}; how far it strays is not known"
+        size = f"{self.error:.2g} radii or radians off"
+        if self.carried:
+            told += f", and poses are at most {size} (an estimate beyond t = {self.until:.4g})"
+        elif self.error > tolerance and self.until < end:
+            told += f", and poses are {size} by t = {self.until:.4g}"
+        else:
+            told += f", and poses are at most {size} (to t = {self.until:.4g})"
+        told += f", {tolerance:g} allowed"
+        return f"{told}; its run stops: {self.stops}" if self.stops else told
+
+
+@dataclass(frozen=True)
 class Choice:
     """The effects a scene was given by ``effects = "auto"``, and what they leave out.
 
@@ -57,6 +105,10 @@ class Choice:
     watched_until
         The time from which on nobody has looked whether the bound holds: that at which a run was
         resumed unwatched.
+    work
+        Of a right-hand side, over that of the full model, by count.
+    forgone
+        The cheapest set, where the full model is taken and there is another.
     """
 
     tolerance: float
@@ -69,6 +121,8 @@ class Choice:
     end: float = 0.0
     sets: tuple[str, ...] = ()
     watched_until: float = math.inf
+    work: float = 1.0
+    forgone: Forgone | None = None
 
     def to_json(self) -> str:
         return json.dumps(asdict(self), ensure_ascii=False)
@@ -76,15 +130,24 @@ class Choice:
     @classmethod
     def from_json(cls, text: str) -> Self:
         table = json.loads(text)
-        lists = {
+        lists: dict[str, Any] = {
             name: tuple(table.get(name, ())) for name in ("left_out", "times", "velocities", "sets")
         }
+        if forgone := table.get("forgone"):
+            lists["forgone"] = Forgone(**(forgone | {"left_out": tuple(forgone["left_out"])}))
         return cls(**(table | lists))
 
     def lines(self) -> list[str]:
-        """What was chosen, which keys that sets and what it neglects, in sentences."""
-        chosen = f"left out {', '.join(self.left_out)}" if self.left_out else "the full model"
+        """What was chosen, what it saves or would have, the keys set, what it neglects."""
+        chosen = "the full model"
+        if self.left_out:
+            chosen = (
+                f"left out {', '.join(self.left_out)}, at {self.work:.2g} of the work of a "
+                "right-hand side of the full model"
+            )
         told = [f"effects chosen: {chosen}; {self.reason}"]
+        if self.forgone:
+            told.append(self.forgone.line(self.tolerance, self.end))
         if self.sets:
             told.append(f"keys set by it: {', '.join(self.sets)}")
         if self.left_out:

@@ -1,5 +1,6 @@
 """effects = "auto" keeps its tolerance, says what it left out, and stops when that grows."""
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -7,14 +8,16 @@ import numpy as np
 import pytest
 
 import nrchain
-from nrchain.auto import _left_out, _subsets, carry_on, choose, full_scene, ladder
+from nrchain.auto import _left_out, _subsets, _tried, carry_on, choose, full_scene, ladder
 from nrchain.choice import Choice, Watch
 from nrchain.description import describe
 from nrchain.errors import SceneError, TrajectoryError
+from nrchain.estimate import estimate_effects
 from nrchain.model import Model
 from nrchain.nominal_cost import Fluid, evaluation_cost
 from nrchain.outcome import Cause, Stop
 from nrchain.scene import Scene
+from nrchain.start import starting_poses
 from nrchain.timing import distance
 
 QUIET = {"run.end": 4.0, "run.snapshots": 81, "effects": "auto", "tolerance": 0.02}
@@ -113,7 +116,7 @@ def test_nothing_left_out_is_not_watched(quiet):
 def test_what_a_choice_sets_and_how_far_it_looked_is_told(quiet):
     stated = nrchain.load_scene(quiet, friction="one-body", **{"slip.neighbours": 1})
     _, choice = choose(nrchain.load_scene(stated, tolerance=1e-4))
-    assert choice.lines()[1] == "keys set by it: friction.kind from 'one-body' to 'pairwise'"
+    assert choice.lines()[-1] == "keys set by it: friction.kind from 'one-body' to 'pairwise'"
     _, choice = choose(quiet)
     assert choice.sets == ()
     assert f"(to t = {quiet.run.end:g})" in choice.lines()[-1]
@@ -207,3 +210,149 @@ def test_a_difference_is_carried_on_by_its_own_law():
     assert carry_on(times, growing, 20.0) == pytest.approx(1e-3 * math.exp(10.0))
     assert carry_on(times, 0.3 * times, 20.0) == pytest.approx(6.0)
     assert carry_on(times, np.exp(-times), 20.0) == math.exp(-10.0)
+
+
+OWN_UNITS = {"chain.radius": 0.5, "chain.viscosity": 2.0, "chain.spacing": 7.0}
+TIGHT = {"run.rtol": 1e-9, "run.atol": 1e-9}
+
+
+def difference(scene, other, end, snapshots=2):
+    """max |r − r′|/a, or max angle between frames, of two runs of their own."""
+    keys = TIGHT | {"run.end": end, "run.snapshots": snapshots}
+    runs = [nrchain.simulate(nrchain.load_scene(one, **keys)) for one in (scene, other)]
+    far = np.linalg.norm(runs[0].positions - runs[1].positions, axis=-1)
+    cosine = (np.einsum("tnak,tnak->tn", runs[0].frames, runs[1].frames) - 1.0) / 2.0
+    angle = np.arccos(np.clip(cosine, -1.0, 1.0))
+    return max(far.max() / scene.chain.radius, angle.max())
+
+
+@pytest.fixture(scope="module")
+def small():
+    """A passive clamped chain in units of its own, and how far it is from its full model."""
+    scene = nrchain.load_scene("passive", **QUIET, **OWN_UNITS)
+    chosen, _ = choose(scene)
+    assert chosen.friction.kind == "one-body"
+    return scene, difference(chosen, full_scene(scene), scene.run.end, 81)
+
+
+def test_the_bound_is_the_distance_and_a_tenth_in_radii(small):
+    scene, found = small
+    _, choice = choose(scene)
+    assert choice.bound == pytest.approx(1.1 * found, rel=0.03)
+
+
+@pytest.mark.parametrize(("allowed", "left_out"), [(1.05, False), (1.2, True)])
+def test_what_comes_within_a_tenth_of_the_tolerance_is_not_left_out(small, allowed, left_out):
+    scene, found = small
+    _, choice = choose(nrchain.load_scene(scene, tolerance=allowed * found))
+    assert bool(choice.left_out) == left_out
+
+
+def rotne_prager(scene, positions, forces, torques):
+    """v and ω that forces and torques on the other spheres give each sphere, pair by pair."""
+    a, eta = scene.chain.radius, scene.chain.viscosity
+    velocities, spins = np.zeros_like(positions), np.zeros_like(positions)
+    for i, j in itertools.permutations(range(len(positions)), 2):
+        n = positions[i] - positions[j]
+        r = np.linalg.norm(n)
+        n = n / r
+        f, t, ratio = forces[j], torques[j], (a / r) ** 2
+        along = (1 + 2 / 3 * ratio) * f + (1 - 2 * ratio) * (n @ f) * n
+        velocities[i] += along / (8 * math.pi * eta * r)
+        velocities[i] += np.cross(t, n) / (8 * math.pi * eta * r**2)
+        spins[i] += np.cross(f, n) / (8 * math.pi * eta * r**2)
+        spins[i] += (3 * (n @ t) * n - t) / (16 * math.pi * eta * r**3)
+    return velocities, spins
+
+
+def test_neglected_velocities_are_those_of_rotne_and_prager_in_radii():
+    """At the start, of a choice and of an estimate, with a, η and d of their own."""
+    keys = {"chain.ends": "free", "chain.particles": 20, "tolerance": 3.0, "run.end": 1.0}
+    scene = nrchain.load_scene("passive", **(QUIET | keys | OWN_UNITS))
+    positions, frames = starting_poses(scene)
+    moduli = scene.moduli
+    wrenches = nrchain.elastic_wrenches(
+        positions,
+        frames,
+        spacing=scene.chain.spacing,
+        stretch=moduli.stretch,
+        shear=moduli.shear,
+        twist=moduli.twist,
+        bend=moduli.bend,
+    )
+    velocities, spins = rotne_prager(scene, positions, *wrenches)
+    expected = max(
+        np.linalg.norm(velocities, axis=1).max() / scene.chain.radius,
+        np.linalg.norm(spins, axis=1).max(),
+    )
+    probe = _tried(3.0, full_scene(scene), [Fluid(0.0, 0.0, 0.0, False)], (positions, frames), 0.0)
+    assert probe.velocities[1][0] == pytest.approx(expected, rel=1e-6)
+    named = nrchain.load_scene(scene, effects="named", tolerance=None)
+    told = {e.change.effect: e for e in estimate_effects(named, budget=1e-3).estimates}
+    assert told["friction between spheres"].velocity == pytest.approx(expected, rel=1e-6)
+
+
+def test_the_full_model_tells_what_the_cheapest_set_would_save_and_how_far_it_strays():
+    keys = {"effects": "auto", "tolerance": 0.1, "slip.neighbours": None}
+    scene = nrchain.load_scene("wave", **keys, **OWN_UNITS)
+    full, choice = choose(scene)
+    assert full == full_scene(scene)
+    assert choice.left_out == ()
+    told = choice.forgone
+    assert told.left_out == ("slip beyond 1 neighbour a side", "friction between spheres")
+    near = nrchain.load_scene(full, friction="one-body", **{"slip.neighbours": 1})
+    assert told.error == pytest.approx(1.1 * difference(near, full, told.until), rel=0.03)
+    assert scene.tolerance < told.error
+    lines = [line for line in choice.lines() if "the cheapest set" in line]
+    assert lines == [
+        "the cheapest set leaves out slip beyond 1 neighbour a side, friction between spheres: a "
+        f"right-hand side takes {told.work:.2g} of the work, and poses are {told.error:.2g} radii "
+        f"or radians off by t = {told.until:.4g}, 0.1 allowed"
+    ]
+    assert Choice.from_json(choice.to_json()) == choice
+
+
+def test_a_set_that_saves_too_little_is_told_with_its_error():
+    keys = {"chain.ends": "free", "chain.particles": 4, "tolerance": 5e-3}
+    scene = nrchain.load_scene("passive", **(QUIET | keys | OWN_UNITS))
+    full, choice = choose(scene)
+    assert full == full_scene(scene)
+    assert ladder(full) == []
+    told = choice.forgone
+    assert 1.0 / 1.5 < told.work < 1.0
+    near = nrchain.load_scene(full, friction="one-body")
+    assert told.error == pytest.approx(1.1 * difference(near, full, 4.0, 81), rel=0.03)
+    assert "(to t = 4)" in told.line(scene.tolerance, 4.0)
+
+
+def test_an_error_beyond_the_probe_is_told_as_an_estimate_or_as_not_known(quiet):
+    tight = nrchain.load_scene(quiet, tolerance=1e-3)
+    none = choose(tight, budget=0.0)[1]
+    assert none.forgone.error is None
+    assert none.lines()[1].endswith("how far it strays is not known")
+    assert Choice.from_json(none.to_json()) == none
+    early = choose(nrchain.load_scene(quiet, tolerance=5e-3), budget=0.006)[1].forgone
+    assert early.carried
+    assert "an estimate beyond t =" in early.line(5e-3, quiet.run.end)
+
+
+def test_the_work_told_falls_with_the_pairs_that_are_left_out():
+    """The full model has N² pairs and the cheapest set 2N: twice the chain, half its share."""
+
+    def share(count):
+        scene = nrchain.load_scene("buckling", **OWN_UNITS, **{"chain.particles": count})
+        full = full_scene(scene)
+        return evaluation_cost(full, ladder(full)[0]) / evaluation_cost(full)
+
+    assert share(8000) / share(4000) == pytest.approx(0.5, rel=0.05)
+
+
+def test_the_work_told_is_that_of_the_cheapest_set_and_of_the_one_chosen(quiet):
+    full = full_scene(quiet)
+    expected = evaluation_cost(nrchain.load_scene(full, friction="one-body"))
+    expected /= evaluation_cost(full)
+    assert choose(quiet)[1].work == expected
+    refused = choose(nrchain.load_scene(quiet, tolerance=1e-4))[1]
+    assert refused.forgone.work == expected
+    assert refused.work == 1.0
+    assert f"at {expected:.2g} of the work of a right-hand side" in choose(quiet)[1].lines()[0]

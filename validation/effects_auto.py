@@ -15,13 +15,14 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from nrchain.auto import choose, full_scene
+from nrchain.auto import choose, full_scene, ladder
 from nrchain.choice import Choice
 from nrchain.nominal_cost import Fluid
 from nrchain.run import simulate
 from nrchain.scene import CHOSEN, Scene, load_scene
 from nrchain.timing import distance
 from nrchain.trajectory import Trajectory
+from nrchain.work import FEWEST_STEPS, cost_of
 from validation.effects_scenes import completed, long_scene, random_scene
 from validation.recorder import Recorder
 
@@ -38,7 +39,8 @@ class Outcome:
     """One scene: what was chosen, its error, and seconds of it, of the choice and of its rival.
 
     ``rival`` is the least time of all sets that meet the tolerance, ``full`` that of the full
-    model.
+    model. ``work`` is the share of a right-hand side that the choice states, of what it has chosen
+    or of the cheapest set, over the one that is measured; nan where there is none to measure.
     """
 
     name: str
@@ -51,6 +53,7 @@ class Outcome:
     choosing: float
     rival: float
     full: float
+    work: float
 
 
 def compare(recorder: Recorder) -> None:
@@ -105,7 +108,25 @@ def _outcome(name: str, scene: Scene) -> Outcome:
         choosing,
         times[best],
         times[Fluid.of(full)],
+        _stated_work(choice, full, concrete),
     )
+
+
+def _stated_work(choice: Choice, full: Scene, chosen: Scene) -> float:
+    """Share of the work of a right-hand side that is told, over the median of those measured."""
+    told, less = choice.work, chosen
+    if choice.forgone:
+        told = choice.forgone.work
+        if not (sets := ladder(full)):
+            return math.nan
+        less = sets[0].applied(full)
+    shares = []
+    for _ in range(REPEATS):
+        costs = [cost_of(simulate(scene)) for scene in (less, full)]
+        if min(cost.work.steps for cost in costs) < FEWEST_STEPS:
+            return math.nan
+        shares.append(np.divide(*(cost.seconds / cost.work.evaluations for cost in costs)))
+    return told / float(np.median(shares))
 
 
 def _sets(full: Scene) -> list[Fluid]:
@@ -169,6 +190,13 @@ def _record(recorder: Recorder, found: list[Outcome]) -> None:
             source="no such claim is made in every case: the full model has to be looked at to be "
             "left out",
         )
+    stated = np.abs(np.log([one.work for one in found if math.isfinite(one.work)]))
+    recorder.bound(
+        "share of the work that is stated against the one measured, factor in the middle",
+        float(np.exp(np.median(stated))) if len(stated) else math.nan,
+        most=1.3,
+        source="processor time of a right-hand side, with all that comes with it, over runs",
+    )
     left = [one for one in found if one.choice.left_out]
     bounds = [one.error / one.choice.bound for one in left]
     recorder.bound(
@@ -180,13 +208,14 @@ def _record(recorder: Recorder, found: list[Outcome]) -> None:
     recorder.table(
         "Effects chosen for a tolerance",
         ["Scene", "Tolerance [a]", "Left out", "Bound", "Error", "Run [ms]", "Choice [ms]",
-         "Cheapest [ms]", "Full [ms]", "Run / cheapest", "With choice / cheapest"],
+         "Cheapest [ms]", "Full [ms]", "Run / cheapest", "With choice / cheapest",
+         "Work stated / measured"],
         [
             (
                 one.name, one.tolerance, ", ".join(one.choice.left_out) or "nothing",
                 one.choice.bound, one.error, 1e3 * one.chosen_seconds, 1e3 * one.choosing,
                 1e3 * one.rival, 1e3 * one.full, one.chosen_seconds / one.rival,
-                (one.chosen_seconds + one.choosing) / one.rival,
+                (one.chosen_seconds + one.choosing) / one.rival, one.work,
             )
             for one in found
         ],
