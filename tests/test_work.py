@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 import nrchain
+import nrchain.trajectory
 from nrchain import work
 from nrchain.cli import app
 from nrchain.cost import work_precision
@@ -146,6 +147,24 @@ def test_the_cost_of_a_run_is_the_price_of_what_it_does():
     assert cost_of(run).work.evaluations == processor.done["rates"]
     assert cost_of(run).work.jacobians == processor.done["linearise"]
     assert cost_of(run).work.solves == processor.done["solve"]
+
+
+def test_who_watches_and_writes_is_no_part_of_the_cost(monkeypatch, tmp_path):
+    with fake_processor(Processor()) as processor:
+
+        def spend(method):
+            def call(*arguments, **options):
+                processor.now += 0.5
+                return method(*arguments, **options)
+
+            return call
+
+        for name in ("write", "checkpoint", "update_counters"):
+            method = getattr(nrchain.trajectory.TrajectoryWriter, name)
+            monkeypatch.setattr(nrchain.trajectory.TrajectoryWriter, name, spend(method))
+        run = nrchain.simulate(SCENE, output=tmp_path / "run.h5", progress=spend(lambda _: None))
+        assert processor.now > processor.truth + 50.0
+    assert cost_of(run).seconds == processor.truth
 
 
 def test_on_a_busy_processor_that_compiles_the_cost_stays_within_a_factor_of_its_work():
