@@ -4,7 +4,8 @@ The work of a run is counted first: steps, right-hand sides, Jacobians, solves. 
 on every machine, however busy it is. The time that goes with them is that of the processor, of the
 one thread that integrates, step by step. Steps that take far longer per right-hand side than the
 median are those in which kernels are compiled or loaded: they are charged at the median. So one
-number is told before a run, by ``nrchain plan`` and ``nrchain cost``, and after it.
+number is told before a run, by ``nrchain plan`` and ``nrchain cost``, and after it. Where pairs are
+summed on all cores, what the thread waits for the others is in it.
 """
 
 from __future__ import annotations

@@ -125,7 +125,8 @@ def _stated_work(choice: Choice, full: Scene, chosen: Scene) -> float:
         costs = [cost_of(simulate(scene)) for scene in (less, full)]
         if min(cost.work.steps for cost in costs) < FEWEST_STEPS:
             return math.nan
-        shares.append(np.divide(*(cost.seconds / cost.work.evaluations for cost in costs)))
+        own, whole = (cost.seconds / cost.work.evaluations for cost in costs)
+        shares.append(own / whole)
     return told / float(np.median(shares))
 
 
