@@ -318,7 +318,7 @@ def plot(
     ] = False,
 ) -> None:
     """Draw the chain of a run at several times, or its effects, also while it runs."""
-    from nrchain.h5md import refusing
+    from nrchain.h5md_file import refusing
     from nrchain.plots import draw_chain
     from nrchain.trajectory import Trajectory
 
@@ -431,7 +431,7 @@ def _progress_bar(directory: Path) -> Iterator[Callable[[Progress], None]]:
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
     from rich.progress import Progress as Bar
 
-    from nrchain.h5md import locate
+    from nrchain.h5md_file import locate
 
     screen = console(stderr=True)
     bar = Bar(
@@ -469,7 +469,7 @@ def _progress_bar(directory: Path) -> Iterator[Callable[[Progress], None]]:
 
 def _beside(trajectory: Trajectory, name: str = PICTURE) -> Path:
     """Where the picture of a trajectory goes; of a file named by its user, with that name."""
-    from nrchain.h5md import FILE_NAME
+    from nrchain.h5md_file import FILE_NAME
 
     assert trajectory.path is not None
     of = "" if trajectory.path.name == FILE_NAME else f"{trajectory.path.stem}-"

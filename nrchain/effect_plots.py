@@ -13,7 +13,7 @@ import numpy as np
 
 from nrchain.decomposition import Decomposition
 from nrchain.errors import SceneError, TrajectoryError
-from nrchain.h5md import refusing
+from nrchain.h5md_file import refusing
 from nrchain.plots import DISCERNIBLE, DOTS_PER_INCH, FORMATS, INK, PALE, STYLE
 from nrchain.trajectory import Trajectory
 

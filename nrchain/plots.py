@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from nrchain.errors import SceneError, TrajectoryError
-from nrchain.h5md import refusing
+from nrchain.h5md_file import refusing
 from nrchain.scene import Scene
 from nrchain.trajectory import Trajectory
 from nrchain.wording import span

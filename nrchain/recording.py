@@ -8,10 +8,11 @@ from typing import Protocol
 
 import numpy as np
 
-from nrchain.h5md import refuse_snapshots
+from nrchain.checkpoint import Checkpoint
 from nrchain.outcome import Stop
+from nrchain.room import refuse_snapshots
 from nrchain.scene import Scene
-from nrchain.trajectory import Checkpoint, Trajectory
+from nrchain.trajectory import Trajectory
 
 
 class Recorder(Protocol):

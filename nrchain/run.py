@@ -22,13 +22,15 @@ import numpy as np
 
 from nrchain.arguments import ORTHONORMAL, rotations
 from nrchain.charts import TURN_LIMIT, ChartedChain
+from nrchain.checkpoint import Checkpoint
 from nrchain.choice import Choice, Watch
+from nrchain.claim import Claim
 from nrchain.errors import SceneError, SceneWarning, TrajectoryError
 from nrchain.flow_forces import stokeslet_warning
 from nrchain.folders import made
 from nrchain.growth import GrowthWatch
 from nrchain.guard import Guard, Poses
-from nrchain.h5md import FILE_NAME, refuse_existing, refusing
+from nrchain.h5md_file import FILE_NAME, claim_existing, locate, refuse_existing, refusing
 from nrchain.integrators import find_integrator
 from nrchain.integrators.base import IntegrationError, Integrator
 from nrchain.interruption import Interruption, deferred
@@ -38,7 +40,8 @@ from nrchain.recording import Memory, Recorder
 from nrchain.scene import Scene
 from nrchain.seed import seed_warning
 from nrchain.start import refuse_far, starting_poses
-from nrchain.trajectory import Checkpoint, Trajectory, TrajectoryWriter
+from nrchain.trajectory import Trajectory
+from nrchain.trajectory_writer import TrajectoryWriter
 from nrchain.work import Stopwatch
 
 RESTART_STEPS = 2000
@@ -235,7 +238,7 @@ class _Run:
 
     def _tell(self, time: float, positions: np.ndarray, frames: np.ndarray) -> None:
         """What others do with a snapshot: it is no part of the work of a run."""
-        self.recorder.write(self.next, time, positions, frames, self.integrator.steps)
+        self.recorder.write(self.next, time, positions, frames, int(self.counters["steps"]))
         self.recorder.update_counters(self.counters)
         self.next += 1
         if self.progress:
@@ -414,19 +417,38 @@ def resume(
     done = Trajectory.open(path)
     if done.status == "completed":
         return done
-    begin = done.latest_checkpoint()
-    if begin is None:
-        raise TrajectoryError(f"{done.path}: was killed before it began; run its scene again")
-    _refuse_unsound(begin, done)
-    choice = done.choice
+    with claim_existing(locate(path)) as claim:
+        # what it holds now that nobody else writes to it
+        done = Trajectory.open(path)
+        begin = done.latest_checkpoint()
+        if begin is None:
+            raise TrajectoryError(f"{done.path}: was killed before it began; run its scene again")
+        _refuse_unsound(begin, done)
+        return _go_on(done, begin, _kept_choice(done, unwatched), progress, claim)
+
+
+def _kept_choice(done: Trajectory, unwatched: bool) -> Choice | None:
+    """The choice with which a run goes on; refused where it broke its bound and is watched."""
     if done.cause is Cause.NEGLECTED and not unwatched:
         raise TrajectoryError(
             f"{done.path}: stopped {done.reason}. As it is, and without a bound, it goes on with"
             " unwatched = True (nrchain resume --unwatched)"
         )
+    choice = done.choice
     if unwatched and choice is not None:
         choice = replace(choice, watched_until=min(choice.watched_until, float(done.time[-1])))
-    with deferred() as interruption, TrajectoryWriter.reopen(path, choice=choice) as writer:
+    return choice
+
+
+def _go_on(
+    done: Trajectory,
+    begin: Checkpoint,
+    choice: Choice | None,
+    progress: Callable[[Progress], None] | None,
+    claim: Claim,
+) -> Trajectory:
+    assert done.path is not None
+    with deferred() as interruption, TrajectoryWriter.reopen(done.path, claim, choice) as writer:
         repeated = done.counters["steps"]
         with interruption.second_at_once():
             run = _Run(done.scene, writer, progress, interruption, begin, repeated, choice)

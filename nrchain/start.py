@@ -10,7 +10,7 @@ from nrchain.arguments import a_scene, finite_array, rotations
 from nrchain.chain import closest_pair, initial_poses
 from nrchain.errors import SceneError
 from nrchain.guard import contact_distance, has_turning_springs, most_turned_link
-from nrchain.h5md import refuse_snapshots
+from nrchain.room import refuse_snapshots
 from nrchain.scene import Scene
 from nrchain.seed import refuse_buried
 from nrchain.unwrapping import unwrapped_chain

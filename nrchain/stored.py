@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
+
 from nrchain.errors import SceneError, TrajectoryError
 
 Meaning = TypeVar("Meaning")
@@ -77,3 +79,11 @@ def meaning(file: Any, name: str, meanings: Sequence[Meaning]) -> Meaning:
 
 def _named(shape: Shape) -> str:
     return f"({', '.join('any' if size is None else str(size) for size in shape)})"
+
+
+def require(array: np.ndarray | float, shape: tuple[int, ...], name: str) -> None:
+    """Refuse an array of another shape, which HDF5 would spread out, and one with NaN or inf."""
+    if np.shape(array) != shape:
+        raise ValueError(f"{name}: shape {np.shape(array)}, not {shape}")
+    if not np.all(np.isfinite(array)):
+        raise ValueError(f"{name}: not all values are finite")

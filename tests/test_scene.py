@@ -28,7 +28,8 @@ from nrchain.scene import (
     scene_names,
     scene_path,
 )
-from nrchain.trajectory import Trajectory, TrajectoryWriter
+from nrchain.trajectory import Trajectory
+from nrchain.trajectory_writer import TrajectoryWriter
 
 NAN, INF = math.nan, math.inf
 BASE = {

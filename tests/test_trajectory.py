@@ -1,8 +1,8 @@
 """What a run writes is what is read back, whatever interrupts it."""
 
+import io
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -14,13 +14,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from nrchain import trajectory_writer
+from nrchain.checkpoint import Checkpoint
 from nrchain.effects.registry import acting
-from nrchain.errors import TrajectoryError
-from nrchain.h5md import FILE_NAME, REASON_BYTES
+from nrchain.errors import SceneError, TrajectoryError
+from nrchain.h5md import COUNTERS, REASON_BYTES
+from nrchain.h5md_file import FILE_NAME, open_file
 from nrchain.outcome import Cause
 from nrchain.run import resume, simulate
 from nrchain.scene import load_scene
-from nrchain.trajectory import COUNTERS, Checkpoint, Trajectory, TrajectoryWriter
+from nrchain.trajectory import Trajectory
+from nrchain.trajectory_writer import TrajectoryWriter
 
 TIMES = np.linspace(0.0, 8.0, 5)
 
@@ -95,22 +99,27 @@ def test_the_file_is_h5md(path, ends):
     scene = make_scene(**{"chain.ends": ends})
     with TrajectoryWriter(path, scene, TIMES) as writer:
         write(writer, 0)
+        write(writer, 1)
     with h5py.File(path) as file:
         assert file["h5md"].attrs["version"].tolist() == [1, 1]
         assert file["h5md/creator"].attrs["name"] == "nrchain"
         assert "name" in file["h5md/author"].attrs
-        box = file["particles/chain/box"]
+        box = file["particles/trajectory/box"]
         along = "periodic" if ends == "periodic" else "none"
         assert box.attrs["dimension"] == 3
         assert box.attrs["boundary"].tolist() == [along, "none", "none"]
         assert ("edges" in box) == (ends == "periodic")
+        elements = ["position", "frame"] + ["box/edges"] * (ends == "periodic")
+        for element in elements:
+            for name in ("time", "step"):
+                series = file[f"particles/trajectory/{element}/{name}"]
+                assert series == file[f"particles/trajectory/position/{name}"]
+                assert len(series) == len(file[f"particles/trajectory/{element}/value"]) == 2
         if ends == "periodic":
-            assert box["edges"][0] == scene.length
-        assert file["particles/chain/position/value"].shape == (5, 4, 3)
-        assert file["particles/chain/frame/value"].shape == (5, 4, 3, 3)
-        for name in ("time", "step"):
-            assert file[f"particles/chain/position/{name}"] == file[f"particles/chain/frame/{name}"]
-        assert file["particles/chain/position/step"][()].tolist() == [0, -1, -1, -1, -1]
+            assert (box["edges/value"][()] == scene.length).all()
+        assert file["particles/trajectory/position/value"].shape == (2, 4, 3)
+        assert file["particles/trajectory/frame/value"].shape == (2, 4, 3, 3)
+        assert file["particles/trajectory/position/step"][()].tolist() == [0, 10]
         assert file["parameters/scene"].asstr()[()] == scene.to_toml()
         assert file["parameters/versions"].attrs["numpy"] == np.__version__
         names = [effect.name for effect in acting(scene)]
@@ -121,12 +130,49 @@ def test_only_finished_snapshots_are_read(path):
     with TrajectoryWriter(path, make_scene(), TIMES) as writer:
         assert len(Trajectory.open(path).time) == 0
         write(writer, 0)
-        write(writer, 3)
+        write(writer, 1)
+        with pytest.raises(ValueError, match="snapshot 3 comes after 2, not yet written"):
+            write(writer, 3)
         writer.close()
     trajectory = Trajectory.open(path)
-    assert trajectory.time.tolist() == [TIMES[0], TIMES[3]]
-    assert np.array_equal(trajectory.positions[1], poses(4, 3)[0])
+    assert trajectory.time.tolist() == TIMES[:2].tolist()
+    assert np.array_equal(trajectory.positions[1], poses(4, 1)[0])
     assert trajectory.status == "running"
+
+
+def test_a_snapshot_that_is_written_again_stays_and_another_one_is_the_last(path):
+    with TrajectoryWriter(path, make_scene(), TIMES) as writer:
+        for index in range(4):
+            write(writer, index)
+        write(writer, 1)
+        assert Trajectory.open(path).time.tolist() == TIMES[:4].tolist()
+        write(writer, 2, time=3.5)
+        assert Trajectory.open(path).time.tolist() == [TIMES[0], TIMES[1], 3.5]
+        write(writer, 3)
+    trajectory = Trajectory.open(path)
+    assert trajectory.time.tolist() == [TIMES[0], TIMES[1], 3.5, TIMES[3]]
+    for index in range(4):
+        assert np.array_equal(trajectory.frames[index], poses(4, index)[1])
+
+
+def test_a_snapshot_that_cannot_be_written_does_not_count(path, monkeypatch):
+    assign = h5py.Dataset.__setitem__
+
+    def full(dataset, place, value):
+        if dataset.name.endswith("frame/value"):
+            raise OSError(28, "No space left on device")
+        assign(dataset, place, value)
+
+    with TrajectoryWriter(path, make_scene(), TIMES) as writer:
+        write(writer, 0)
+        monkeypatch.setattr(h5py.Dataset, "__setitem__", full)
+        with pytest.raises(TrajectoryError, match="No space left"):
+            write(writer, 1)
+        monkeypatch.undo()
+    with h5py.File(path) as file:
+        group = file["particles/trajectory"]
+        sizes = {group[f"{k}/{n}"].shape[0] for k in ("position", "frame") for n in group[k]}
+    assert sizes == {1}
 
 
 def test_an_existing_result_is_replaced_only_when_told(path):
@@ -159,10 +205,10 @@ def test_of_two_runs_begun_at_once_one_has_the_file(path, monkeypatch, overwrite
     replace = os.replace
 
     def late(partial, target):
-        with pytest.raises(TrajectoryError, match="h5: another process is writing to it"):
+        with pytest.raises(TrajectoryError, match="h5: this process is writing to it"):
             TrajectoryWriter(path, make_scene(6), TIMES, overwrite=overwrite)
         replace(partial, target)
-        with pytest.raises(TrajectoryError, match=r"another process is writing|exists"):
+        with pytest.raises(TrajectoryError, match=r"this process is writing|exists"):
             TrajectoryWriter(path, make_scene(6), TIMES, overwrite=overwrite)
 
     monkeypatch.setattr(os, "replace", late)
@@ -223,7 +269,7 @@ def truncate(path):
 
 def delete_frames(path):
     with h5py.File(path, "r+") as file:
-        del file["particles/chain/frame"]
+        del file["particles/trajectory/frame"]
 
 
 def spoil_scene(path):
@@ -429,29 +475,92 @@ def assert_whole(path):
     return trajectory
 
 
-def test_the_disk_holds_a_whole_state_at_every_flush(tmp_path, path, monkeypatch):
-    """Copies of the file before and after each flush are what kills at those moments leave."""
-    particles = 3000
-    copies = []
-    flush = h5py.File.flush
+class Killed(io.RawIOBase):
+    """A file that keeps what a kill before and after each of its writes would leave."""
 
-    def copying_flush(file):
-        for act in (lambda: None, lambda: flush(file)):
-            act()
-            copies.append(tmp_path / f"copy-{len(copies)}.h5")
-            shutil.copy(path, copies[-1])
+    def __init__(self, path):
+        self.file, self.left = open(path, "r+b", buffering=0), []  # noqa: SIM115
 
+    def note(self):
+        self.left.append(os.pread(self.file.fileno(), os.fstat(self.file.fileno()).st_size, 0))
+
+    def readinto(self, buffer):
+        return self.file.readinto(buffer)
+
+    def seek(self, place, whence=0):
+        return self.file.seek(place, whence)
+
+    def tell(self):
+        return self.file.tell()
+
+    def truncate(self, size=None):
+        size = self.file.truncate(size)
+        self.note()
+        return size
+
+    def write(self, data):
+        written = self.file.write(data)
+        self.note()
+        return written
+
+    def flush(self):
+        self.file.flush()
+
+    def close(self):
+        super().close()
+        self.file.close()
+
+
+def test_the_disk_holds_a_whole_state_after_every_write(tmp_path, path, monkeypatch):
+    """What kills between any two writes leave, to us and to plain h5py."""
+    particles, times, written = 700, (0.0, 1.0, 2.0, 3.0, 2.5, 3.5), []
+    kept = None
+
+    def open_kept(where, mode):
+        nonlocal kept
+        if mode != "r+":
+            return open_file(where, mode)
+        kept = Killed(where)
+        return h5py.File(kept, "r+")
+
+    monkeypatch.setattr(trajectory_writer, "open_file", open_kept)
     with TrajectoryWriter(path, make_scene(particles), TIMES) as writer:
-        monkeypatch.setattr(h5py.File, "flush", copying_flush)
-        for turn in range(2):
-            for index in range(2):
-                time = index + 0.1 * turn
-                writer.write(index, time, *uniform(time, particles), step=0)
-                writer.checkpoint(Checkpoint(time, *uniform(time, particles), 0, 0.0, np.zeros(3)))
-                writer.update_counters({"steps": index})
-    finished = [assert_whole(copy).time.tolist() for copy in copies]
-    assert len(copies) > 20
-    assert finished[-1] == [0.1, 1.1]
+        for place, time in zip((0, 1, 2, 3, 2, 3), times, strict=True):
+            writer.write(place, time, *uniform(time, particles), step=0)
+            writer.checkpoint(Checkpoint(time, *uniform(time, particles), 0, 0.0, np.zeros(3)))
+            writer.update_counters({"steps": place})
+            written.append((len(kept.left), time))
+    kept.close()
+    whole = [[], [0.0], [0.0, 1.0], [0.0, 1.0, 2.0], [0.0, 1.0, 2.0, 3.0], [0.0, 1.0]]
+    whole += [[0.0, 1.0, 2.5], [0.0, 1.0, 2.5, 3.5]]
+    state = 0
+    for number, content in enumerate(kept.left):
+        (tmp_path / "copy.h5").write_bytes(content)
+        trajectory = assert_whole(tmp_path / "copy.h5")
+        while trajectory.time.tolist() != whole[state]:
+            state += 1
+        done = [time for count, time in written if count <= number]
+        assert state >= len(done)
+        if done:
+            assert trajectory.latest_checkpoint().time in (done[-1], *times[len(done) :][:1])
+        with h5py.File(tmp_path / "copy.h5") as file:
+            group = file["particles/trajectory"]
+            sizes = {group[f"{k}/{n}"].shape[0] for k in ("position", "frame") for n in group[k]}
+        # plain readers find a series or two that are ahead
+        assert sizes <= {len(whole[state - 1]), len(whole[state]), len(whole[state]) + 1}
+    assert state == len(whole) - 1
+    assert number > 60
+
+
+def test_the_two_checkpoints_take_turns(path):
+    with TrajectoryWriter(path, make_scene(), TIMES) as writer:
+        for seed in range(1, 6):
+            writer.checkpoint(checkpoint(seed))
+            with h5py.File(path, locking=False) as file:
+                times = file["nrchain/checkpoints/state"][:, 0].tolist()
+            before = checkpoint(seed - 1).time if seed > 1 else np.nan
+            kept = [before, checkpoint(seed).time][:: 1 if seed % 2 == 0 else -1]
+            assert times == pytest.approx(kept, nan_ok=True)
 
 
 def test_every_mark_is_written_between_two_flushes(path, monkeypatch):
@@ -475,24 +584,27 @@ def test_every_mark_is_written_between_two_flushes(path, monkeypatch):
             writer.checkpoint(checkpoint(index))
         writer.close("completed")
     assert path.stat().st_size == size
-    marks = [k for k, event in enumerate(events) if event in ("time", "sequence", "status")]
-    assert len(marks) == 4 + 3 + 1
+    marks = [k for k, event in enumerate(events) if event in ("sequence", "status")]
+    assert len(marks) == 3 + 1
     assert all(events[k - 1] == events[k + 1] == "flush" for k in marks)
+    ends = [events[k : k + 3] for k, event in enumerate(events) if event == "time"]
+    assert ends == [["time", "finished", "flush"]] * 2
 
 
 CHILD = """
 import sys
 import numpy as np
+from nrchain.checkpoint import Checkpoint
 from nrchain.scene import load_scene
-from nrchain.trajectory import Checkpoint, TrajectoryWriter
+from nrchain.trajectory_writer import TrajectoryWriter
 
-scene = load_scene({"chain.particles": 2000, "run.end": 1.0})
-frames = np.empty((2000, 3, 3))
-with TrajectoryWriter(sys.argv[1], scene, np.arange(4.0)) as writer:
-    for step in range(1_000_000):
+scene = load_scene({"chain.particles": 300, "run.end": 1.0})
+frames = np.empty((300, 3, 3))
+with TrajectoryWriter(sys.argv[1], scene, np.arange(10000.0)) as writer:
+    for step in range(10000):
         time = float(step)
-        positions, frames[:] = np.full((2000, 3), time), time
-        writer.write(step % 4, time, positions, frames, step)
+        positions, frames[:] = np.full((300, 3), time), time
+        writer.write(step, time, positions, frames, step)
         writer.checkpoint(Checkpoint(time, positions, frames, 0, 0.0, np.zeros(3)))
         print(step, flush=True)
 """
@@ -507,27 +619,30 @@ def test_a_killed_run_keeps_every_finished_snapshot(path, delay):
         clock.sleep(delay)
         # A run can be read while it goes on, but not be written or replaced by another process.
         Trajectory.open(path)
-        with pytest.raises(TrajectoryError, match="another process is writing"):
+        busy = f"process {child.pid} is writing to it"
+        with pytest.raises(TrajectoryError, match=busy):
             TrajectoryWriter.reopen(path)
-        with pytest.raises(TrajectoryError, match="another process is writing"):
+        with pytest.raises(TrajectoryError, match=busy):
             TrajectoryWriter(path, make_scene(), TIMES, overwrite=True)
     finally:
         child.send_signal(signal.SIGKILL)
         reported = int((first + child.communicate()[0]).split()[-1])
     trajectory = assert_whole(path)
     assert trajectory.status == "running"
-    # At most the snapshot under way is missing, and nothing that was reported as written.
-    assert set(range(max(0, reported - 2), reported + 1)) <= set(trajectory.time)
+    # At most the snapshot under way is beyond what was reported as written.
+    assert trajectory.time.tolist() == list(range(len(trajectory.time)))
+    assert reported + 1 <= len(trajectory.time) <= reported + 2
     assert trajectory.latest_checkpoint().time >= reported
     with TrajectoryWriter.reopen(path) as writer:
-        writer.write(0, 0.5, *uniform(0.5, 2000), step=1)
+        writer.write(0, 0.5, *uniform(0.5, 300), step=1)
         writer.close("completed")
     assert assert_whole(path).status == "completed"
+    assert list(path.parent.iterdir()) == [path]
 
 
 def test_sizes_beyond_what_hdf5_counts_are_refused_in_one_line(tmp_path):
     times = np.broadcast_to(0.0, (2**59,))
-    with pytest.raises(TrajectoryError, match="cannot be created") as caught:
+    with pytest.raises(SceneError, match=r"run.snapshots = 576460752303423488: needs") as caught:
         TrajectoryWriter(tmp_path / "huge.h5", make_scene(), times)
     assert "\n" not in str(caught.value)
     assert list(tmp_path.iterdir()) == []

@@ -20,7 +20,7 @@ from validation.hard_outputs import namespace
 
 ROOT = Path(__file__).parents[1]
 
-START, MARK, STATE = "/position/time", "/checkpoints/sequence", "/checkpoints/state"
+START, MARK, STATE = "/nrchain/finished", "/checkpoints/sequence", "/checkpoints/state"
 """Data sets before whose writing a run is killed on purpose."""
 
 
