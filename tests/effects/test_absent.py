@@ -5,11 +5,11 @@ import re
 import numba
 import numpy as np
 import pytest
+from operations import count_operations
 from poses import random_chain
 
 import nrchain
 from nrchain import slip_modes
-from nrchain._compile import ARITHMETIC
 from nrchain.effects import cosserat
 from nrchain.effects.cosserat import TERMS
 from nrchain.hydrodynamics import friction, pairs
@@ -31,13 +31,11 @@ def arithmetic(law):
     return len(re.findall(r" [*+-] |\+=", law.source))
 
 
-def instructions(kernel):
-    """Floating-point instructions of a kernel, once the compiler is done with it."""
-    fresh = numba.njit(kernel.py_func, error_model="numpy", fastmath=set(ARITHMETIC))
+def operations(make_kernel, terms, isotropic, *outputs):
+    """Arithmetic of a kernel, and its calls of the modules that hold the terms."""
     vectors, numbers = numba.float64[:, ::1], numba.float64
-    fresh.compile((vectors, numba.float64[:, :, ::1], *[numbers] * 6, vectors))
-    (code,) = fresh.inspect_asm().values()
-    return len(re.findall(r"\bv?(?:f?n?m(?:add|sub)\w*|mul|add|sub|div|sqrt)[ps]d\b", code))
+    signature = (vectors, numba.float64[:, :, ::1], *[numbers] * 6, *outputs)
+    return count_operations(make_kernel(terms, isotropic).py_func, signature)
 
 
 def count_calls(monkeypatch, scene):
@@ -115,11 +113,28 @@ def test_finite_size_leaves_modes_alone_that_it_does_not_change(label):
     assert "finite size" not in [effect.name for effect in Model(make(**changes)).effects]
 
 
-def test_terms_without_a_modulus_take_their_instructions_along():
-    counts = {
-        terms: instructions(cosserat.wrench_kernel(terms, False))
-        for terms in (TERMS, ("stretch", "shear"), ("twist", "bend"), ("bend",))
-    }
-    assert counts["bend",] < counts["twist", "bend"] < counts[TERMS]
-    strained, turned = counts["stretch", "shear"], counts["twist", "bend"]
-    assert strained + turned <= 1.1 * counts[TERMS]
+WRENCHES, BLOCKS = numba.float64[:, ::1], numba.float64[:, :, :, ::1]
+KERNELS = [
+    (cosserat.wrench_kernel, (WRENCHES,)),
+    (cosserat.energy_kernel, ()),
+    (cosserat.block_kernel, (BLOCKS,)),
+]
+
+
+@pytest.mark.parametrize("isotropic", [False, True])
+@pytest.mark.parametrize(("make_kernel", "outputs"), KERNELS)
+def test_terms_without_a_modulus_take_their_arithmetic_along(make_kernel, outputs, isotropic):
+    """What strains and what turns have nothing in common but the loop over links."""
+    every, strained, turned, bent, none = (
+        operations(make_kernel, terms, isotropic, *outputs)
+        for terms in (TERMS, ("stretch", "shear"), ("twist", "bend"), ("bend",), ())
+    )
+    assert strained + turned == every + none
+    assert none[""] < bent[""] < turned[""] < every[""]
+
+
+@pytest.mark.parametrize("term", TERMS)
+@pytest.mark.parametrize(("make_kernel", "outputs"), KERNELS[:2])
+def test_a_term_calls_itself_and_no_other(make_kernel, outputs, term):
+    calls = operations(make_kernel, (term,), False, *outputs)
+    assert [other for other in TERMS if calls[other]] == [term]

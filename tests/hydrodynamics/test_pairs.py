@@ -15,6 +15,7 @@ from hydrodynamics.reference import (
     stresslet_of_finite_spheres,
     sum_law,
 )
+from hydrodynamics.side_by_side import reads_of_the_loop
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from poses import dense, pose_derivative
@@ -268,17 +269,32 @@ def test_a_position_that_is_no_number_is_felt_by_all():
     assert np.isnan(evaluate(flow, positions, frames)).all()
 
 
-@pytest.mark.parametrize("name", ["sum_twists", "sum_changes"])
-def test_the_loop_over_pairs_is_vectorised(name):
-    """Several pairs at a time, read side by side: the speed of all-pairs sums rests on it."""
-    law = pair_law.PairLaw.of(["2s", "3t"], [E1, E1])
-    function = pair_law._compiled(law.source, name)
-    rows = numba.float64[:, ::1]
-    tables = (rows,) if name == "sum_twists" else (rows, rows)
-    function.compile((*tables, numba.float64, numba.int64, numba.int64, numba.int64))
-    (code,) = function.inspect_llvm().values()
-    assert "x double> @llvm.sqrt" in code
-    assert "gather" not in code
+LAW = """
+from nrchain.hydrodynamics import pair_law
+law = pair_law.PairLaw.of(["2s", "3t"], [(1.0, 0.0, 0.0)] * 2)
+function = pair_law._compiled(law.source{change}, "{name}")
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "tables", "rows"), [("sum_twists", 1, 3 + 3 + 2), ("sum_changes", 2, 8 + 3 + 3)]
+)
+def test_the_loop_over_pairs_reads_side_by_side(name, tables, rows):
+    """The places, the axis and the strengths of several spheres at once, and their changes: the
+    speed of all-pairs sums rests on it."""
+    assert reads_of_the_loop(LAW.format(change="", name=name), tables) == (rows, 0)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        # an index that may count from the end
+        '.replace("np.uint64(first), np.uint64(last)", "first, last")',
+        '.replace("inverse =", "print(j)\\n        inverse =")',
+    ],
+)
+def test_a_loop_that_could_not_would_be_noticed(change):
+    assert reads_of_the_loop(LAW.format(change=change, name="sum_twists"), 1)[0] == 0
 
 
 def test_machine_code_is_found_again_by_another_process(tmp_path):
