@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 import nrchain
-import nrchain.trajectory
 from nrchain import work
 from nrchain.cli import app
 from nrchain.cost import work_precision
 from nrchain.nominal_cost import evaluation_cost
 from nrchain.plan_effects import plan_effects
 from nrchain.timing import foretell
+from nrchain.trajectory_writer import TrajectoryWriter
 from nrchain.work import CARRIED, LAPS, STRANGE, RunCost, Stopwatch, Work, carried, cost_of
 
 SCENE = nrchain.load_scene(
@@ -160,8 +160,8 @@ def test_who_watches_and_writes_is_no_part_of_the_cost(monkeypatch, tmp_path):
             return call
 
         for name in ("write", "checkpoint", "update_counters"):
-            method = getattr(nrchain.trajectory.TrajectoryWriter, name)
-            monkeypatch.setattr(nrchain.trajectory.TrajectoryWriter, name, spend(method))
+            method = getattr(TrajectoryWriter, name)
+            monkeypatch.setattr(TrajectoryWriter, name, spend(method))
         run = nrchain.simulate(SCENE, output=tmp_path / "run.h5", progress=spend(lambda _: None))
         assert processor.now > processor.truth + 50.0
     assert cost_of(run).seconds == processor.truth
