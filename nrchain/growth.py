@@ -14,13 +14,11 @@ is seen to decay.
 from __future__ import annotations
 
 import math
-import warnings
 
 import numpy as np
 
 from nrchain._compile import kernel
 from nrchain.charts import ChartedChain
-from nrchain.errors import SceneWarning
 from nrchain.followed import LARGEST, SEEN, Sight
 from nrchain.growing_modes import Growth, growth_about_base
 from nrchain.guard import Poses
@@ -28,6 +26,7 @@ from nrchain.integrators.base import Integrator
 from nrchain.model import Model
 from nrchain.outcome import Cause, Stop
 from nrchain.scene import Scene
+from nrchain.telling import Tell
 
 NEARLY = 1e4
 """Bends below this many tolerances are watched: modes hardly in larger ones are seen as well."""
@@ -54,8 +53,8 @@ AT_ONCE = 4
 class GrowthWatch:
     """Watches the steps of one run; ``restart`` forgets all, where the integrator does."""
 
-    def __init__(self, scene: Scene, integrator: Integrator, *, told: bool) -> None:
-        self._scene, self._integrator, self._told = scene, integrator, told
+    def __init__(self, scene: Scene, integrator: Integrator, tell: Tell, *, told: bool) -> None:
+        self._scene, self._integrator, self._tell, self._told = scene, integrator, tell, told
         self._radius = scene.chain.radius
         self._periodic = scene.chain.ends == "periodic"
         self._chain: ChartedChain | None = None
@@ -100,7 +99,7 @@ class GrowthWatch:
         if not len(growth.rates):
             return None
         if bend <= STRAIGHT:
-            self._tell(end, self._fastest)
+            self._tell_once(end, self._fastest)
             return None
         lost = sight.passed_over(growth, step, left, bend)
         if lost is None:
@@ -153,16 +152,15 @@ class GrowthWatch:
         axis = _axis(poses[0], self._periodic)
         return growth_about_base(self._chain, axis, FOLDS / left, self._integrator.followed / step)
 
-    def _tell(self, time: float, rate: float) -> None:
+    def _tell_once(self, time: float, rate: float) -> None:
         if self._told:
             return
         self._told = True
-        told = (
+        self._tell(
             f"the chain is straight to rounding at t = {time:.3g}, and stays so, although a bend"
             f" would grow at rate {rate:.3g}: there is nothing for it to grow from; start.shape ="
             " 'random' gives it"
         )
-        warnings.warn(told, SceneWarning, stacklevel=2)
 
 
 def _axis(positions: np.ndarray, periodic: bool) -> np.ndarray:

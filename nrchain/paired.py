@@ -116,13 +116,20 @@ class PairedRun:
         Ends early when the reference stops, or all others have, and when further ``work`` of
         ``budget`` is done. What the consumer drops is no longer integrated.
         """
-        with np.errstate(all="ignore"):
-            if self._chains[0].dimension == 0:
-                for time in times:
-                    self.time = float(time)
-                    yield self.time
-            else:
-                yield from self._integrate([float(time) for time in times], self.work + budget)
+        moves = self._hold if self._chains[0].dimension == 0 else self._integrate
+        reached = moves([float(time) for time in times], self.work + budget)
+        while True:
+            # not across a yield: the consumer's arithmetic is its own
+            with np.errstate(all="ignore"):
+                time = next(reached, None)
+            if time is None:
+                return
+            yield time
+
+    def _hold(self, times: list[float], budget: float) -> Iterator[float]:
+        """Every sphere is clamped, and the time passes."""
+        for self.time in times:
+            yield self.time
 
     def _goes_on(self) -> bool:
         return 0 in self.members and (len(self.members) > 1 or len(self.scenes) == 1)

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import re
 import time as clock
-import warnings
 from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
@@ -25,7 +24,7 @@ from nrchain.charts import TURN_LIMIT, ChartedChain
 from nrchain.checkpoint import Checkpoint
 from nrchain.choice import Choice, Watch
 from nrchain.claim import Claim
-from nrchain.errors import SceneError, SceneWarning, TrajectoryError
+from nrchain.errors import SceneError, TrajectoryError
 from nrchain.flow_forces import stokeslet_warning
 from nrchain.folders import made
 from nrchain.growth import GrowthWatch
@@ -40,6 +39,7 @@ from nrchain.recording import Memory, Recorder
 from nrchain.scene import Scene
 from nrchain.seed import seed_warning
 from nrchain.start import refuse_far, starting_poses
+from nrchain.telling import Tell, warn
 from nrchain.trajectory import Trajectory
 from nrchain.trajectory_writer import TrajectoryWriter
 from nrchain.work import Stopwatch
@@ -88,8 +88,10 @@ class _Run:
         repeated: float = 0,
         choice: Choice | None = None,
         told: bool = False,
+        tell: Tell = warn,
     ) -> None:
         self.scene, self.recorder, self.progress = scene, recorder, progress
+        self.caller = np.geterr()
         self.interruption = interruption
         self.times = snapshot_times(scene)
         self.chain = ChartedChain(Model(scene))
@@ -112,7 +114,7 @@ class _Run:
             self._record(0.0, *begin)
             self._checkpoint()
         self.guard = Guard(scene, self.positions)
-        self.growth = GrowthWatch(scene, self.integrator, told=told)
+        self.growth = GrowthWatch(scene, self.integrator, tell, told=told)
 
     @property
     def counters(self) -> dict[str, float]:
@@ -242,16 +244,11 @@ class _Run:
         self.recorder.update_counters(self.counters)
         self.next += 1
         if self.progress:
-            self.progress(
-                Progress(
-                    time,
-                    float(self.times[-1]),
-                    self.next,
-                    len(self.times),
-                    self.counters,
-                    self.counters["wall_time"],
-                )
-            )
+            counters = self.counters
+            where = time, float(self.times[-1]), self.next, len(self.times)
+            # what is called is the caller's, with the caller's treatment of floating-point errors
+            with np.errstate(**self.caller):
+                self.progress(Progress(*where, counters, counters["wall_time"]))
 
     def _record_last(self) -> None:
         """The poses at which a run stops, in the place of the snapshot it was on the way to."""
@@ -346,23 +343,59 @@ def simulate(
     KeyboardInterrupt
         On Ctrl-C and SIGTERM, once the step under way is done and the file is closed in order.
     """
+    return simulate_telling(
+        warn,
+        scene,
+        output=output,
+        overwrite=overwrite,
+        progress=progress,
+        positions=positions,
+        frames=frames,
+        choice=choice,
+    )
+
+
+def simulate_telling(
+    tell: Tell,
+    scene: Scene,
+    *,
+    output: str | Path | None = None,
+    overwrite: bool = False,
+    progress: Callable[[Progress], None] | None = None,
+    positions: np.ndarray | None = None,
+    frames: np.ndarray | None = None,
+    choice: Choice | None = None,
+) -> Trajectory:
+    """:func:`simulate`, which calls ``tell`` with the text of what it would warn of."""
     place = None if output is None else output_file(output, overwrite)
     poses = starting_poses(scene, positions, frames)
     if scene.effects == "auto":
         from nrchain.auto import choose
 
         scene, choice = choose(scene, poses)
-    told = seed_warning(scene, *poses)
+    straight = seed_warning(scene, *poses)
     # where effects were chosen, what they drop is bounded
-    dropped = stokeslet_warning(scene, *poses) if choice is None else ""
-    for text in filter(None, (told, dropped)):
-        warnings.warn(text, SceneWarning, stacklevel=2)
+    held = stokeslet_warning(scene, *poses) if choice is None else ""
+    for text in filter(None, (straight, held)):
+        tell(text)
+
+    def run(recorder: Recorder, interruption: Interruption) -> Stop | None:
+        with interruption.second_at_once():
+            return _Run(
+                scene,
+                recorder,
+                progress,
+                interruption,
+                poses,
+                choice=choice,
+                told=bool(straight),
+                tell=tell,
+            ).go()
+
     if place is None:
         memory = Memory(scene)
-        with deferred() as interruption, interruption.second_at_once():
-            stop = _Run(
-                scene, memory, progress, interruption, poses, choice=choice, told=bool(told)
-            ).go()
+        with deferred() as interruption:
+            stop = run(memory, interruption)
         return replace(memory.trajectory(scene, stop), choice=choice)
     folder, path = place
     with (
@@ -372,11 +405,7 @@ def simulate(
             path, scene, snapshot_times(scene), overwrite=overwrite, choice=choice
         ) as writer,
     ):
-        with interruption.second_at_once():
-            stop = _Run(
-                scene, writer, progress, interruption, poses, choice=choice, told=bool(told)
-            ).go()
-        return _finish(writer, stop)
+        return _finish(writer, run(writer, interruption))
 
 
 def output_file(output: str | Path, overwrite: bool = False) -> tuple[Path | None, Path]:

@@ -9,17 +9,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from statistics import median
-from typing import Any
-from warnings import catch_warnings
 
 import numpy as np
 
-from nrchain.errors import SceneError, SceneWarning
+from nrchain.errors import SceneError
 from nrchain.nominal_cost import evaluation_cost
 from nrchain.outcome import Cause
-from nrchain.run import Progress, simulate
+from nrchain.run import Progress, simulate_telling
 from nrchain.scene import Scene, load_scene
+from nrchain.telling import nobody
 from nrchain.trajectory import Trajectory
 from nrchain.work import FEWEST_STEPS, RunCost, Work, cost_of
 
@@ -89,10 +89,8 @@ def distance(trajectory: Trajectory, reference: Trajectory) -> tuple[float, floa
     return float(apart.max() / radius), float(np.arctan2(sine, cosine).max())
 
 
-def simulate_quietly(scene: Scene, **options: Any) -> Trajectory:
-    """A run in memory, without warnings of settings that are tried to be measured."""
-    with catch_warnings(action="ignore", category=SceneWarning):
-        return simulate(scene, **options)
+simulate_quietly = partial(simulate_telling, nobody)
+"""A run without warnings of settings that are tried to be measured."""
 
 
 def run_timed(scene: Scene) -> tuple[Trajectory, RunCost]:
