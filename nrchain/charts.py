@@ -1,13 +1,21 @@
-"""g_i = g_i⁰(t) · cay(ξ_i): the poses of a chain as a vector of coordinates y, and its ODE.
+"""r_i = r_i⁰(t) + ρ_i, R_i = cay(θ_i) R_i⁰(t): the poses of a chain as coordinates y, and its ODE.
 
-Every sphere has a base pose and six coordinates ξ = (ρ, θ) on SE(3) about it, zero at the start.
-The base moves: all bases drift with one velocity V and each turns about its own e₁ at one rate Ω,
-so that a chain that swims or spins steadily stays near y = 0. With p = r − r⁰(t), the rates are
+Every sphere has a base pose and six coordinates (ρ, θ) about it, zero at the start: how far it has
+come from its base, and the rotation from the frame of the base by the Cayley map. The base moves:
+all bases drift with one velocity V and each turns with Ω, constant along its own axes e_a, so that
+a chain that swims or spins steadily stays near y = 0. Where elasticity ties the frames to each
+other, Ω lies along e₁ and is the same for all; where nothing does, each is that of its own sphere.
+The rates are
 
-    θ̇ = dcay⁻¹(ω − Ω e₁),   ρ̇ from v − V   (see :func:`nrchain.lie.rate`),
+    ρ̇ = v − V,   θ̇ = dcay⁻¹(ω − Σ_a Ω_a e_a)   (see :func:`nrchain.lie.rate`),
 
-and the Jacobian is J_ij = T_i⁻¹ D_ij T_j + δ_ij ∂(T_i⁻¹)·(twist), with D the derivative of the
-twists with displacements and rotations in the lab and T the tangent of the Cayley map.
+and the Jacobian is J_ij = T_i⁻¹ D_ij T_j + δ_ij ∂(T_i⁻¹)·ω, with D the derivative of the twists
+with displacements and rotations in the lab and T the tangent of the Cayley map, which is the
+identity for ρ.
+
+Why not one chart of SE(3): ρ would be p − θ × p/2, with p = r − r⁰. A sphere that is carried on
+while it turns then has the errors of θ in its position, times its distance from the base, however
+simple its path is.
 
 Spheres that are clamped have no coordinates. The spheres of a periodic chain are numbered
 0, N−1, 1, N−2, … in y: neighbours stay within twice their distance, and the matrix banded.
@@ -28,19 +36,40 @@ TURN_LIMIT = 2.0
 
 
 @kernel
-def _poses(y, order, base_positions, base_frames, angle, positions, frames):
-    cosine, sine = math.cos(angle), math.sin(angle)
-    rotation, base = np.empty((3, 3)), np.empty((3, 3))
+def _turned(spin, time, out):
+    """out (3, 3): the axes of a base, row by row, along those it had ``time`` ago."""
+    rate = math.sqrt(spin[0] ** 2 + spin[1] ** 2 + spin[2] ** 2)
+    out[:] = 0.0
+    if rate == 0.0:
+        out[0, 0] = out[1, 1] = out[2, 2] = 1.0
+        return
+    cosine, sine = math.cos(rate * time), math.sin(rate * time)
+    for a in range(3):
+        b, c = (a + 1) % 3, (a + 2) % 3
+        for k in range(3):
+            out[a, k] = (1.0 - cosine) * spin[a] * spin[k] / rate**2
+        out[a, a] += cosine
+        out[a, b] += sine * spin[c] / rate
+        out[a, c] -= sine * spin[b] / rate
+
+
+@kernel
+def _poses(y, order, base_positions, base_frames, spins, time, positions, frames):
+    rotation, base, turn, last = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), -1
     for slot in range(order.shape[0]):
         i = order[slot]
-        rho, theta = y[6 * slot : 6 * slot + 3], y[6 * slot + 3 : 6 * slot + 6]
-        lie.half_inverse(theta, rho, positions[i])
-        lie.cayley(theta, rotation)
+        lie.cayley(y[6 * slot + 3 : 6 * slot + 6], rotation)
+        if last < 0 or (spins[i] != spins[last]).any():
+            _turned(spins[i], time, turn)
+            last = i
         for k in range(3):
-            positions[i, k] += base_positions[i, k]
-            base[0, k] = base_frames[i, 0, k]
-            base[1, k] = cosine * base_frames[i, 1, k] + sine * base_frames[i, 2, k]
-            base[2, k] = cosine * base_frames[i, 2, k] - sine * base_frames[i, 1, k]
+            positions[i, k] = base_positions[i, k] + y[6 * slot + k]
+            for a in range(3):
+                base[a, k] = (
+                    turn[a, 0] * base_frames[i, 0, k]
+                    + turn[a, 1] * base_frames[i, 1, k]
+                    + turn[a, 2] * base_frames[i, 2, k]
+                )
         for a in range(3):
             for k in range(3):
                 frames[i, a, k] = (
@@ -51,70 +80,78 @@ def _poses(y, order, base_positions, base_frames, angle, positions, frames):
 
 
 @kernel
-def _relative(i, base_positions, drift, spin, positions, frames, twists, local):
-    """local rows: p = r − r⁰(t), v − V and ω − Ω e₁ of sphere i."""
+def _turning(spin, frame, out):
+    """out = Σ_a Ω_a e_a."""
     for k in range(3):
-        local[0, k] = positions[i, k] - base_positions[i, k]
-        local[1, k] = twists[i, k] - drift[k]
-        local[2, k] = twists[i, 3 + k] - spin * frames[i, 0, k]
+        out[k] = spin[0] * frame[0, k] + spin[1] * frame[1, k] + spin[2] * frame[2, k]
 
 
 @kernel
-def _rates(y, order, base_positions, drift, spin, positions, frames, twists, out):
-    local = np.empty((3, 3))
+def _relative(spin, frame, twist, omega):
+    """ω − Σ_a Ω_a e_a of a sphere."""
+    _turning(spin, frame, omega)
+    for k in range(3):
+        omega[k] = twist[3 + k] - omega[k]
+
+
+@kernel
+def _rates(y, order, drift, spins, frames, twists, out):
+    omega = np.empty(3)
     for slot in range(order.shape[0]):
         i = order[slot]
-        _relative(i, base_positions, drift, spin, positions, frames, twists, local)
-        theta = y[6 * slot + 3 : 6 * slot + 6]
-        lie.rate(theta, local[0], local[1], local[2], out[6 * slot : 6 * slot + 6])
+        for k in range(3):
+            out[6 * slot + k] = twists[i, k] - drift[k]
+        _relative(spins[i], frames[i], twists[i], omega)
+        lie.rate(y[6 * slot + 3 : 6 * slot + 6], omega, out[6 * slot + 3 : 6 * slot + 6])
 
 
 @kernel
-def _tangents(y, order, base_positions, drift, spin, positions, frames, twists, maps):
-    """maps[i] = T, T⁻¹ and ∂(T⁻¹)·(twist) of every sphere with coordinates."""
-    local, rate = np.empty((3, 3)), np.empty(6)
+def _tangents(y, order, spins, frames, twists, maps):
+    """maps[i] = T, T⁻¹ and ∂(T⁻¹)·ω, (3, 3) each, of every sphere with coordinates."""
+    omega = np.empty(3)
     for slot in range(order.shape[0]):
         i = order[slot]
-        _relative(i, base_positions, drift, spin, positions, frames, twists, local)
+        _relative(spins[i], frames[i], twists[i], omega)
         theta = y[6 * slot + 3 : 6 * slot + 6]
-        lie.tangent(theta, local[0], maps[i, 0])
-        lie.inverse_tangent(theta, local[0], maps[i, 1])
-        lie.rate(theta, local[0], local[1], local[2], rate)
-        lie.rate_derivative(theta, local[0], local[1], local[2], rate[3:], maps[i, 0], maps[i, 2])
+        lie.tangent(theta, maps[i, 0])
+        lie.inverse_tangent(theta, maps[i, 1])
+        lie.rate_derivative(theta, omega, maps[i, 2])
 
 
 @kernel
-def _to_chart(blocks, slot_of, maps, frames, spin):
-    """blocks ← T_i⁻¹ D_ij T_j + δ_ij ∂(T_i⁻¹)·(twist), in place."""
+def _to_chart(blocks, slot_of, maps, turning):
+    """blocks ← T_i⁻¹ D_ij T_j + δ_ij ∂(T_i⁻¹)·ω, in place."""
     count, width = blocks.shape[0], blocks.shape[1]
     centre = width // 2
-    work = np.empty((6, 6))
+    work = np.empty((6, 3))
     for i in range(count):
         if slot_of[i] < 0:
             continue
         own = blocks[i, centre]
-        # ω − Ω e₁ changes by −Ω φ × e₁ = Ω e₁ × φ when the sphere turns
+        # ω − Ω changes by −φ × Ω = Ω × φ when the sphere turns, and Ω with it
         for k in range(3):
             k1, k2 = (k + 1) % 3, (k + 2) % 3
-            own[3 + k, 3 + k1] -= spin * frames[i, 0, k2]
-            own[3 + k, 3 + k2] += spin * frames[i, 0, k1]
+            own[3 + k, 3 + k1] -= turning[i, k2]
+            own[3 + k, 3 + k2] += turning[i, k1]
         for m in range(width):
             j = (i + m - centre) % count
             if slot_of[j] < 0:
                 continue
             block = blocks[i, m]
             for p in range(6):
-                for q in range(6):
-                    total = 0.0
-                    for k in range(6):
-                        total += block[p, k] * maps[j, 0, k, q]
-                    work[p, q] = total
-            for p in range(6):
-                for q in range(6):
-                    total = maps[i, 2, p, q] if m == centre else 0.0
-                    for k in range(6):
-                        total += maps[i, 1, p, k] * work[k, q]
-                    block[p, q] = total
+                for q in range(3):
+                    work[p, q] = 0.0
+                    for k in range(3):
+                        work[p, q] += block[p, 3 + k] * maps[j, 0, k, q]
+                for q in range(3):
+                    block[p, 3 + q] = work[p, q]
+            for q in range(6):
+                for p in range(3):
+                    work[p, 0] = maps[i, 2, p, q - 3] if m == centre and q > 2 else 0.0
+                    for k in range(3):
+                        work[p, 0] += maps[i, 1, p, k] * block[3 + k, q]
+                for p in range(3):
+                    block[3 + p, q] = work[p, 0]
 
 
 @kernel
@@ -168,28 +205,27 @@ def _push_forward(vector, maps, order, poses):
     """poses[i] = T (change of y): displacement and rotation in the lab."""
     for slot in range(order.shape[0]):
         i = order[slot]
-        for p in range(6):
-            total = 0.0
-            for q in range(6):
-                total += maps[i, 0, p, q] * vector[6 * slot + q]
-            poses[i, p] = total
+        for p in range(3):
+            poses[i, p], poses[i, 3 + p] = vector[6 * slot + p], 0.0
+            for q in range(3):
+                poses[i, 3 + p] += maps[i, 0, p, q] * vector[6 * slot + 3 + q]
 
 
 @kernel
-def _pull_back(twists, poses, e1, spin, vector, maps, order, out):
-    """out = T⁻¹ (v, ω + Ω e₁ × φ) + ∂(T⁻¹)·(twist) · vector, for a change of twists and poses."""
-    change = np.empty(6)
+def _pull_back(twists, poses, turning, vector, maps, order, out):
+    """out = T⁻¹ (v, ω + Ω × φ) + ∂(T⁻¹)·ω · vector, for a change of twists and poses."""
+    omega = np.empty(3)
     for slot in range(order.shape[0]):
         i = order[slot]
-        change[:] = twists[i]
         for k in range(3):
             k1, k2 = (k + 1) % 3, (k + 2) % 3
-            change[3 + k] += spin * (e1[i, k1] * poses[i, 3 + k2] - e1[i, k2] * poses[i, 3 + k1])
-        for p in range(6):
+            omega[k] = twists[i, 3 + k]
+            omega[k] += turning[i, k1] * poses[i, 3 + k2] - turning[i, k2] * poses[i, 3 + k1]
+        for p in range(3):
             total = 0.0
-            for q in range(6):
-                total += maps[i, 1, p, q] * change[q] + maps[i, 2, p, q] * vector[6 * slot + q]
-            out[6 * slot + p] = total
+            for q in range(3):
+                total += maps[i, 1, p, q] * omega[q] + maps[i, 2, p, q] * vector[6 * slot + 3 + q]
+            out[6 * slot + p], out[6 * slot + 3 + p] = twists[i, p], total
 
 
 @kernel
@@ -226,7 +262,7 @@ class ChartedChain:
         self._positions, self._frames = np.empty((count, 3)), np.empty((count, 3, 3))
         self._twists, self._poses = np.empty((count, 6)), np.zeros((count, 6))
         self._blocks = np.empty((count, 2 * model.reach + 1, 6, 6))
-        self._maps = np.empty((count, 3, 6, 6))
+        self._maps = np.empty((count, 3, 3, 3))
         self._band = np.empty((3 * self.bandwidth + 1, self.dimension), order="F")
         self._factors: tuple[np.ndarray, np.ndarray] | None = None
 
@@ -238,8 +274,17 @@ class ChartedChain:
         drift: np.ndarray,
         spin: float,
     ) -> None:
-        """Take these poses as the base at ``time``, moving with ``drift`` (3,) and ``spin``."""
+        """Take these poses as the base at ``time``, moving with ``drift`` (3,) and ``spin``.
+
+        ``spin`` is the rate about e₁ of frames that are tied to each other. Those of free spheres
+        each turn as slip, fields and flows turn their sphere now.
+        """
         self.time, self.drift, self.spin = float(time), np.array(drift, float), float(spin)
+        self._spins = np.zeros((self.model.count, 3))
+        self._spins[:, 0] = self.spin
+        if not (self.model.ties_frames or self.model.held.any()):
+            twists = self.model.carrying_twists(positions, frames)
+            self._spins = np.einsum("nak,nk->na", frames, twists[:, 3:])
         self.base_positions = np.array(positions, float)
         self.base_frames = np.array(frames, float)
         held = self.model.held
@@ -279,7 +324,8 @@ class ChartedChain:
             self.order,
             self._near,
             self.base_frames,
-            self.spin * (time - self.time),
+            self._spins,
+            time - self.time,
             self._positions,
             self._frames,
         )
@@ -293,33 +339,22 @@ class ChartedChain:
         """
         return self.poses(time, y) if self.model.needs_places else self._poses_near(time, y)
 
-    def _motion(self):
-        return (
-            self.order,
-            self._near,
-            self.drift,
-            self.spin,
-            self._positions,
-            self._frames,
-            self._twists,
-        )
-
     def rates(self, time: float, y: np.ndarray, out: np.ndarray) -> None:
         """out = ẏ."""
         self.evaluations += 1
         positions, frames = self._poses_of_model(time, y)
         self.model.twists(positions, frames, self._twists)
-        _rates(y, *self._motion(), out)
+        _rates(y, self.order, self.drift, self._spins, frames, self._twists, out)
 
     def linearise(self, time: float, y: np.ndarray) -> None:
         """Take the Jacobian at (time, y) for ``product``, ``factorise`` and ``jacobian``."""
         self.jacobians += 1
         positions, frames = self._poses_of_model(time, y)
         self.model.twists(positions, frames, self._twists)
-        _tangents(y, *self._motion(), self._maps)
-        self._e1_there = frames[:, 0].copy()
+        _tangents(y, self.order, self._spins, frames, self._twists, self._maps)
+        self._turning = np.einsum("na,nak->nk", self._spins, frames)
         self.model.linearise(positions, frames, self._blocks)
-        _to_chart(self._blocks, self._slot_of, self._maps, frames, self.spin)
+        _to_chart(self._blocks, self._slot_of, self._maps, self._turning)
 
     def product(self, vector: np.ndarray, out: np.ndarray) -> None:
         """out = J · vector, with J the Jacobian of the last ``linearise``."""
@@ -332,8 +367,7 @@ class ChartedChain:
         _pull_back(
             changes,
             self._poses,
-            self._e1_there,
-            self.spin,
+            self._turning,
             vector,
             self._maps,
             self.order,
@@ -384,9 +418,18 @@ class ChartedChain:
             self.product(unit, column)
         return columns.T
 
-    def largest_shift(self, y: np.ndarray) -> float:
-        """max |ρ|, component by component: how far the chain has come from its base."""
-        return float(np.abs(y.reshape(-1, 6)[:, :3]).max())
+    def has_outrun_base(self, y: np.ndarray) -> bool:
+        """Whether a sphere has come farther from its base than the chain is long, as it lies now.
+
+        A relative tolerance of y then says nothing of the chain, only of how little the drift of
+        its bases knows of its path, and differences between spheres lose their digits. Clamped
+        chains stay about their bases.
+        """
+        if self.model.held.any():
+            return False
+        shifts = y.reshape(-1, 6)[:, :3]
+        extent = np.ptp(self._near[self.order] + shifts, axis=0)
+        return bool(np.abs(shifts).max() > extent.max())
 
     def largest_turn(self, y: np.ndarray) -> float:
         """max |θ|, to be compared with :data:`TURN_LIMIT`."""

@@ -56,7 +56,8 @@ def check_effect(
         The error of each check relative to the largest number in it: ``"product"`` and
         ``"blocks"``, the derivative against centred differences; ``"energy"``, wrenches against
         −∂V/∂(u, φ); ``"rigid motion"`` and ``"shift"``, what changes when the chain is moved and
-        turned, or only moved, as a whole; ``"net force"``. Those that do not apply are left out.
+        turned, or only moved, as a whole; ``"net force"``, ``"torque"``, of what has none. Those
+        that do not apply are left out.
 
     Raises
     ------
@@ -237,12 +238,18 @@ class _Check:
         return found
 
     def balance(self) -> dict[str, float]:
-        if self.kind.gives != "wrench" or not self.kind.balanced(self.scene):
+        if self.kind.gives != "wrench":
             return {}
-        forces = self.result(self.poses)[:, :3]
-        largest = float(np.abs(forces).max())
-        error = self._compare("balanced", forces.sum(axis=0), np.zeros(3), EXACT, largest)
-        return {"net force": error}
+        here, found = self.result(self.poses), {}
+        if self.kind.balanced(self.scene):
+            forces = here[:, :3]
+            largest = float(np.abs(forces).max())
+            error = self._compare("balanced", forces.sum(axis=0), np.zeros(3), EXACT, largest)
+            found["net force"] = error
+        if self.kind.torque_free:
+            alone = here * [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]
+            found["torque"] = self._compare("torque_free", here, alone, EXACT)
+        return found
 
     def _compare(
         self,
@@ -274,6 +281,7 @@ _STATEMENTS = {
     "covariant": "a chain moved and turned as a whole",
     "placed": "the same chain elsewhere in the lab",
     "balanced": "the sum of forces that are balanced",
+    "torque_free": "a force alone",
 }
 
 

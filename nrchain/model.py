@@ -64,6 +64,8 @@ class Model:
         Whether those blocks are the whole derivative; if not, :meth:`add_product` is.
     needs_places
         Whether anything that acts depends on where in the lab the chain is.
+    ties_frames
+        Whether anything but slip, fields and flows turns spheres, as elasticity does.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -89,6 +91,8 @@ class Model:
         self.reach = max(
             REACH if self.elasticity else 0, slip_reach, *(p for p in places if p is not None), 1
         )
+        wrenches = (effect for effect in self.effects if effect.gives == "wrench")
+        self.ties_frames = not all(effect.carries or effect.torque_free for effect in wrenches)
         self.needs_places = any(effect.placed for effect in further)
         slip_is_near = not self.slip or self.slip.reach <= self.reach
         self.is_banded = slip_is_near and self.friction is None and None not in places

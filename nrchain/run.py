@@ -2,10 +2,11 @@
 
 The charts of the chain are left for fresh ones, and the integrator is started again, only at
 points that the run itself decides: when a sphere has turned by a quarter of a turn against its
-base, or after :data:`RESTART_STEPS` steps. Every such point is kept as a checkpoint. A run that
-was killed goes on from the last of them, repeats the snapshots since, and so ends bit for bit
-where the uninterrupted run does, if both load their kernels from disk: the first run after an
-installation compiles them, and differs from later ones in rounding.
+base or come farther from it than the chain is long, or after :data:`RESTART_STEPS` steps. Every
+such point is kept as a checkpoint. A run that was killed goes on from the last of them, repeats the
+snapshots since, and so ends bit for bit where the uninterrupted run does, if both load their
+kernels from disk: the first run after an installation compiles them, and differs from later ones in
+rounding.
 """
 
 from __future__ import annotations
@@ -49,10 +50,6 @@ RESTART_STEPS = 2000
 
 STALLED = 1e-9
 """Less progress than this part of the run in :data:`RESTART_STEPS` steps: it will not get there."""
-
-SHIFT_LIMIT = 1e3
-"""Lengths of the chain by which it may outrun the drift of its base: a fresh one knows it better,
-and coordinates that have become large lose the digits of what happens between the spheres."""
 
 ENDINGS = (".h5", ".hdf5", ".h5md")
 """Of trajectory files."""
@@ -183,8 +180,8 @@ class _Run:
                 raise IntegrationError(
                     f"{RESTART_STEPS} steps advanced the time by {self.time - self.restarted:.3g}"
                 )
-            far = self.chain.largest_shift(y) > SHIFT_LIMIT * self.scene.length
-            if far or turned > TURN_LIMIT or self.fresh_steps >= RESTART_STEPS:
+            left = turned > TURN_LIMIT or self.chain.has_outrun_base(y)
+            if left or self.fresh_steps >= RESTART_STEPS:
                 self.chain.rebase(self.time, self.positions, self.frames)
                 self.restarts += 1
                 self._checkpoint()
@@ -280,7 +277,12 @@ def snapshot_times(scene: Scene) -> np.ndarray:
 
 
 def make_integrator(scene: Scene, chain: ChartedChain) -> Integrator:
-    """The integrator of a scene: ``rtol`` of y, ``atol`` in sphere radii and radians."""
+    """The integrator of a scene: ``atol`` in radii and radians, ``rtol`` of the coordinates y.
+
+    The error of a step is held below one in the norm √mean((e/w)²) over all coordinates of all
+    spheres, w = ``atol`` + ``rtol`` |y|: y is how far a sphere has come and turned from a base that
+    drifts and spins as the chain does, in the units of ``atol``.
+    """
     pose = np.repeat([scene.run.atol * scene.chain.radius, scene.run.atol], 3)
     scheme = find_integrator(scene.run.integrator)
     return scheme(chain, scene.run.end, scene.run.rtol, np.tile(pose, chain.dimension // 6))

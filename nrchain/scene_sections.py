@@ -299,8 +299,12 @@ class StartSpec(Section):
 class RunSpec(Section):
     """From t = 0 to ``end``, with snapshots at equal times, both ends among them.
 
-    ``rtol`` and ``atol`` are tolerances per step, the latter in radii and radians; the error at the
-    end is some tens to some hundreds of times as large with the backward differences of ``cvode``.
+    ``rtol`` and ``atol`` bound the error of one step: √mean((error/(``atol`` + ``rtol`` |y|))²) < 1
+    over the coordinates y of all spheres, how far each has come (``atol``: in radii) and turned (in
+    radians) from a base that drifts and spins as the chain does. With the backward differences of
+    ``cvode`` the error at the end is some tens to some hundreds of times as large where the chain
+    relaxes, buckles or coils; a motion that forgets nothing, as of free spheres in a flow, adds
+    the errors of its steps up over all the run.
     Below 1e-14 an ``atol`` asks for less than coordinates of the size of a radius can hold: the
     implicit equations of a step are then never solved, and steps shrink without end.
     ``max_steps`` and ``max_seconds`` are what one run, or one resumption of it, may spend.

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from poses import dense, pose_derivative, random_chain
+from scipy.spatial.transform import Rotation
 
 import nrchain
 from nrchain.charts import ChartedChain
@@ -142,3 +143,78 @@ def test_bases_follow_a_chain_that_swims_and_spins():
     share = 7 / 8
     assert chain.drift[0] == pytest.approx(share * 4 / 5 * 100 / 4.0**3)
     assert chain.spin == pytest.approx(-share * 363 / 5 * 300 / 4.0**5)
+
+
+def free_spheres():
+    """Spheres without elasticity, each turned in its own way by a flow, slip and its own torque."""
+    slack = dict.fromkeys(MODULI, 0.0)
+    return nrchain.load_scene(
+        scene(slip={"4a": {"strength": 50.0, "axis": [0.0, 1.0, 1.0]}}, moduli=slack),
+        flow={"gradient": [[0.0, 0.3, 0.1], [0.0, 0.1, 0.4], [0.2, -0.3, -0.1]]},
+        field={"force": [1.0, 2.0, 3.0], "body_torque": [3.0, -5.0, 4.0]},
+        steric={"kind": "harmonic", "strength": 5.0, "range": 4.0},
+    )
+
+
+def test_bases_of_free_spheres_turn_as_each_of_them_does():
+    # what spheres do to the flow is not what carries them
+    undisturbed = nrchain.load_scene(free_spheres(), **{"flow.disturbance": False})
+    chain, _ = charted(undisturbed)
+    chain.rebase(0.3, *random_chain(6, spacing=4.0))
+    still = np.zeros(chain.dimension)
+    assert rates(chain, 0.3, still).reshape(-1, 6)[:, 3:] == pytest.approx(0.0, abs=1e-14)
+    twists = chain.model.twists(chain.base_positions, chain.base_frames)
+    assert np.linalg.norm(twists[:, 3:], axis=1).min() > 0.05
+    # at rest in the chart they turn as rigid bodies do, by the exponential of their spin
+    later = chain.poses(1.7, still)[1].copy()
+    spins = chain.model.carrying_twists(chain.base_positions, chain.base_frames)[:, 3:]
+    for before, after, spin in zip(chain.base_frames, later, spins, strict=True):
+        assert after == pytest.approx(Rotation.from_rotvec(1.4 * spin).apply(before), abs=1e-13)
+
+
+def test_motion_and_jacobian_about_bases_of_free_spheres():
+    chain, y = charted(free_spheres())
+    time, step = 0.9, 1e-6
+    ydot = rates(chain, time, y)
+    positions, frames = (array.copy() for array in chain.poses(time, y))
+    twists = chain.model.twists(positions, frames)
+    ahead = [array.copy() for array in chain.poses(time + step, y + step * ydot)]
+    behind = [array.copy() for array in chain.poses(time - step, y - step * ydot)]
+    assert (ahead[0] - behind[0]) / (2 * step) == pytest.approx(twists[:, :3], abs=1e-8)
+    turning = (ahead[1] - behind[1]) / (2 * step)
+    assert turning == pytest.approx(np.cross(twists[:, None, 3:], frames), abs=1e-8)
+
+    chain.linearise(time, y)
+    step = 1e-5
+    units = step * np.eye(chain.dimension)
+    numeric = [(rates(chain, time, y + e) - rates(chain, time, y - e)) / (2 * step) for e in units]
+    numeric = np.array(numeric).T
+    assert chain.jacobian() == pytest.approx(numeric, abs=1e-8 * np.abs(numeric).max())
+
+
+@pytest.mark.parametrize(
+    ("changes", "tied"),
+    [
+        ({}, True),
+        ({"elasticity": dict.fromkeys(MODULI, 0.0)}, False),
+        ({"elasticity": dict.fromkeys(MODULI, 0.0) | {"stretch": 1.0}}, True),
+        ({"elasticity": dict.fromkeys(MODULI, 0.0), "field": {"body_torque": [1, 0, 0]}}, False),
+    ],
+)
+def test_frames_are_tied_by_what_turns_spheres_against_each_other(changes, tied):
+    assert Model(nrchain.load_scene(scene(), **changes)).ties_frames is tied
+
+
+def test_a_base_is_outrun_by_more_than_the_chain_is_long():
+    chain, _ = charted(scene())
+    shifts = np.zeros((6, 6))
+    extent = np.ptp(chain.base_positions, axis=0).max()
+    shifts[:, 1] = 0.9 * extent
+    assert not chain.has_outrun_base(shifts.ravel())
+    shifts[:, 1] = 1.1 * extent
+    assert chain.has_outrun_base(shifts.ravel())
+    # a chain that is drawn out grows with its displacements
+    shifts[:, 1] = np.linspace(-50.0, 50.0, 6) * extent
+    assert not chain.has_outrun_base(shifts.ravel())
+    clamped, _ = charted(scene("clamped"))
+    assert not clamped.has_outrun_base(1e3 * np.ones(clamped.dimension))

@@ -66,6 +66,8 @@ class Effect:
         positions, which keep their digits however far a chain swims.
     carries
         Whether it may carry or spin the chain as a whole, so that charts had better move with it.
+    torque_free
+        Whether its wrench is a force alone, however the spheres are turned.
     fused
         Whether the model does its work in one pass with that of others.
     places
@@ -84,6 +86,7 @@ class Effect:
     covariant: ClassVar[bool] = True
     placed: ClassVar[bool] = True
     carries: ClassVar[bool] = False
+    torque_free: ClassVar[bool] = False
     fused: ClassVar[bool] = False
     places: int | None = None
 

@@ -224,6 +224,7 @@ class Steric(Effect):
     Section = StericSpec
     example = {"steric": {"kind": "harmonic", "strength": 100.0, "range": 3.0}}  # noqa: RUF012
     placed = False
+    torque_free = True
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)

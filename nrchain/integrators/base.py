@@ -44,7 +44,8 @@ class Integrator(ABC):
     end
         Where the run is going: sets the scale of the first step, not its outcome.
     rtol, atol
-        Tolerances per step; ``atol`` (dimension,) in the units of y.
+        Tolerances per step, √mean((error/(``atol`` + ``rtol`` |y|))²) < 1; ``atol`` (dimension,) in
+        the units of y.
     """
 
     name: str

@@ -59,7 +59,7 @@ _BEYOND = cubics(_PAST_NODES)
 
 @kernel
 def _coordinates(order, base_positions, base_frames, positions, frames, out):
-    """out = y of poses about base poses: R = Fᵀ F⁰, θ = cay⁻¹(R), ρ = p − θ × p/2."""
+    """out = y of poses about base poses: ρ = r − r⁰, R = Fᵀ F⁰, θ = cay⁻¹(R)."""
     rotation = np.empty((3, 3))
     for slot in range(order.shape[0]):
         i = order[slot]
@@ -70,16 +70,13 @@ def _coordinates(order, base_positions, base_frames, positions, frames, out):
                     + frames[i, 1, k] * base_frames[i, 1, m]
                     + frames[i, 2, k] * base_frames[i, 2, m]
                 )
-        rho, theta = out[6 * slot : 6 * slot + 3], out[6 * slot + 3 : 6 * slot + 6]
-        lie.inverse_cayley(rotation, theta)
-        shift = positions[i] - base_positions[i]
-        lie.cross(theta, shift, rho)
+        lie.inverse_cayley(rotation, out[6 * slot + 3 : 6 * slot + 6])
         for k in range(3):
-            rho[k] = shift[k] - 0.5 * rho[k]
+            out[6 * slot + k] = positions[i, k] - base_positions[i, k]
 
 
 class Radau(Integrator):
-    """Radau IIA, 3 stages, order 5, on SE(3).
+    """Radau IIA, 3 stages, order 5, on R³ × SO(3).
 
     In a fresh chart y is what a sphere moves and turns in one step: ``rtol`` is relative to that,
     and ``atol`` usually decides.

@@ -332,6 +332,11 @@ def test_poses_to_check_at_are_whole(spring):
         nrchain.check_effect(spring, positions=positions[:2], frames=frames[:2])
 
 
+def twisting(self, positions, frames, wrenches):
+    Spring.add_wrenches(self, positions, frames, wrenches)
+    wrenches[:, 3:] += 1.0
+
+
 def wrong(**attributes):
     return type("Spring", (Spring,), attributes)
 
@@ -344,6 +349,7 @@ def wrong(**attributes):
         (wrong(covariant=True), "covariant"),
         (wrong(placed=False), "placed"),
         (wrong(balanced=classmethod(lambda cls, scene: True)), "net force"),
+        (wrong(torque_free=True, energy=None, add_wrenches=twisting), "torque_free"),
         (wrong(add_blocks=lambda self, blocks: None), "add_blocks"),
         (wrong(example={}), "example"),
         (wrong(derivative=lambda self, r, e: np.zeros((2, 6, 6))), r"spring\.\w+ = 'ValueError'"),
