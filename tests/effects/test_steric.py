@@ -169,7 +169,8 @@ def test_touching_chains_go_on():
     bare = nrchain.simulate(scene)
     assert bare.cause is Cause.TOUCH
     soft = {"steric.kind": "harmonic", "steric.strength": 1e4, "steric.range": 2.5}
-    end = 1.2 * bare.time[-1]
-    kept = nrchain.simulate(nrchain.load_scene(scene, **soft, **{"run.end": end}))
+    # as many snapshots as show every approach, also one that is soon over
+    run = {"run.end": 1.2 * bare.time[-1], "run.snapshots": 1001}
+    kept = nrchain.simulate(nrchain.load_scene(scene, **soft, **run))
     assert kept.status == "completed"
     assert 1.9 < min(closest_pair(r)[0] for r in kept.positions) < 2.5
