@@ -429,9 +429,9 @@ def test_growth_is_told_of_where_nothing_was_said_of_the_start(monkeypatch):
     seen = []
     real = run.GrowthWatch
 
-    def watch(scene, *, told):
+    def watch(*arguments, told):
         seen.append(told)
-        return real(scene, told=told)
+        return real(*arguments, told=told)
 
     monkeypatch.setattr(run, "GrowthWatch", watch)
     nrchain.simulate(nrchain.load_scene("stable", **{"run.end": 1.0}))
