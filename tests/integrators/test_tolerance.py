@@ -138,3 +138,21 @@ def test_shipped_scenes_end_within_hundreds_of_tolerances(name):
     apart = np.linalg.norm(run.positions - exact.positions, axis=-1).max() / scene.chain.radius
     assert apart < 500 * scene.run.atol
     assert angles(run.frames, exact.frames).max() < 50 * scene.run.atol
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_run_of_free_spheres_goes_on_with_the_same_bits(name, tmp_path):
+    """The bases of each sphere are found again from the poses of its last checkpoint."""
+    frames = Rotation.random(2, random_state=5).as_matrix().transpose(0, 2, 1).copy()
+    torque = {"field.body_torque": [9, 20, -14]}
+    whole = nrchain.simulate(sheared(60.0, name, **torque), positions=START, frames=frames)
+    half = {"run.max_steps": int(0.7 * whole.counters["steps"])}
+    path = tmp_path / "run.h5"
+    scene = sheared(60.0, name, **torque, **half)
+    begun = nrchain.simulate(scene, positions=START, frames=frames, output=path)
+    assert begun.status == "stopped"
+    assert name == "radau" or begun.counters["restarts"] >= 2
+    done = nrchain.resume(path)
+    assert done.status == "completed"
+    assert np.array_equal(done.positions[-1], whole.positions[-1])
+    assert np.array_equal(done.frames[-1], whole.frames[-1])
