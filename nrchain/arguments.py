@@ -44,13 +44,13 @@ def finite_array(name: str, given: Any, shape: Shape | None = None) -> np.ndarra
     return array
 
 
-def rotations(given: Any, count: int, *, to: float = SINGLE) -> np.ndarray:
+def rotations(given: Any, count: int, *, to: float = SINGLE, key: str = "frames") -> np.ndarray:
     """Frames (N, 3, 3) whose rows are orthonormal and right-handed, or a SceneError.
 
     Frames that are so to :data:`ORTHONORMAL` are returned as they are, and of those that are so
     ``to`` more, by default the rounding of 32 bits, the nearest rotations.
     """
-    frames = finite_array("frames", given, (count, 3, 3))
+    frames = finite_array(key, given, (count, 3, 3))
     off = _off_rotation(frames)
     worst = float(off.max(initial=0.0))
     if worst <= ORTHONORMAL:
@@ -62,7 +62,7 @@ def rotations(given: Any, count: int, *, to: float = SINGLE) -> np.ndarray:
     sphere = int(np.argmax(off))
     far = f"are off by {worst:.2g}" if math.isfinite(worst) else "are left-handed"
     raise SceneError(
-        f"frames[{sphere}]",
+        f"{key}[{sphere}]",
         frames[sphere].tolist(),
         f"rows must be orthonormal and right-handed to {to:g}, and {far};"
         " scipy.spatial.transform.Rotation.from_matrix(frames).as_matrix() gives the nearest"

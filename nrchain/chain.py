@@ -23,6 +23,17 @@ DIRECT_SEARCH = 1024
 
 def initial_poses(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """Positions (N, 3) and frames (N, 3, 3) that the scene starts from."""
+    positions, frames = _shaped_poses(scene)
+    start = scene.start
+    if start.positions is not None:
+        positions = start.positions.values.copy()
+    if start.frames is not None:
+        frames = start.frames.values.copy()
+    return positions, frames
+
+
+def _shaped_poses(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """The poses of a shape, which are straight where those of the scene are given."""
     count = scene.chain.particles
     x = scene.chain.spacing * np.arange(count)
     amplitude, q = scene.start.amplitude, scene.wavevector

@@ -58,7 +58,8 @@ class Claim:
         """Give up the right; a second time does nothing."""
         if self._descriptor < 0:
             return
-        # while it is locked, so that nobody takes a lock that has lost its name
+        # while it is locked, so that nobody takes a lock that has lost its name; a process forked
+        # meanwhile keeps this one, which stands for nothing then
         if is_at(self.lock, self._descriptor):
             with suppress(OSError):
                 self.lock.unlink()
@@ -71,9 +72,6 @@ class Claim:
         self.release()
 
     def _let_go(self) -> None:
-        with suppress(OSError):
-            # a process forked meanwhile has the descriptor too, and would keep the lock
-            fcntl.flock(self._descriptor, fcntl.LOCK_UN)
         os.close(self._descriptor)
         self._descriptor = -1
 

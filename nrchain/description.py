@@ -159,6 +159,8 @@ _USED = {
     "helix-left": ("amplitude", "wavenumber"),
     "helix-right": ("amplitude", "wavenumber"),
     "random": ("amplitude", "seed"),
+    # the wave that is measured unless another one is named
+    "given": ("wavenumber",),
 }
 """What a shape is made with."""
 

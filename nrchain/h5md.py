@@ -5,8 +5,9 @@
     /particles/trajectory/position value (T, N, 3), time (T,), step (T,)
     /particles/trajectory/frame    value (T, N, 3, 3), the same time and step by hard links
     /parameters                    scene (its TOML text), effects that act, versions (of what ran
-                                   it), and choice (JSON: what effects chosen for a tolerance leave
-                                   out)
+                                   it), choice (JSON: what effects chosen for a tolerance leave
+                                   out), and start, where the scene is given poses: position
+                                   (N, 3), frame (N, 3, 3)
     /nrchain                       layout, units, the name of the file, times asked for, how many
                                    are finished, counters, status, cause, reason, two checkpoints
 
@@ -35,12 +36,16 @@ import numpy as np
 from nrchain import __version__
 from nrchain.outcome import Cause
 from nrchain.scene import Scene
+from nrchain.scene_file import write_toml
 
 GROUP = "particles/trajectory"
 POSITION = f"{GROUP}/position"
 FRAME = f"{GROUP}/frame"
 EDGES = f"{GROUP}/box/edges"
 SCENE = "parameters/scene"
+STARTS = {"positions": "parameters/start/position", "frames": "parameters/start/frame"}
+"""The keys of ``[start]`` that are kept as arrays."""
+
 CHOICE = "parameters/choice"
 EFFECTS = "parameters/effects"
 VERSIONS = "parameters/versions"
@@ -136,7 +141,7 @@ def _describe(file: Any, scene: Scene, choice: str, name: Path) -> None:
         f"the viscosity is {scene.chain.viscosity!r}"
     )
     _write_text(file, NAME, str(name))
-    _write_text(file, SCENE, scene.to_toml())
+    _write_scene(file, scene)
     if choice:
         _write_text(file, CHOICE, choice, room=CHOICE_ROOM)
     _write_effects(file, scene)
@@ -152,6 +157,16 @@ def _version(package: str) -> str:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
         return "not installed"
+
+
+def _write_scene(file: Any, scene: Scene) -> None:
+    """The scene as text, but for the poses that it is given: as text they take long to read."""
+    table = scene.to_mapping()
+    for name, element in STARTS.items():
+        given = table["start"].pop(name, None)
+        if given is not None:
+            file[element] = given.values
+    _write_text(file, SCENE, write_toml(table))
 
 
 def _write_effects(file: Any, scene: Scene) -> None:

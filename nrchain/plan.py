@@ -31,6 +31,7 @@ from nrchain.regime import (
     warnings,
 )
 from nrchain.scene import Scene, load_scene
+from nrchain.seed import start_size
 from nrchain.start import starting_poses
 from nrchain.wording import span
 
@@ -151,8 +152,8 @@ def _rate_lines(scene: Scene) -> list[Line]:
         return [*lines, Line("growth", "none", "every wave decays")]
     tens = growth[best] * end / math.log(10)
     meaning = f"{tens:.3g} factors of ten by the end"
-    if scene.start.shape != "straight" and 0.0 < abs(scene.start.amplitude) < d:
-        large = math.log(d / abs(scene.start.amplitude)) / growth[best]
+    if 0.0 < (size := start_size(scene)) < d:
+        large = math.log(d / size) / growth[best]
         meaning += f"; the start grows to the size of d by t = {large:.3g}"
     lines.append(Line("growth", f"{growth[best]:.3e} at qd = {waves[best] * d:.3g}", meaning))
     if tens > 1.0 and scene.elasticity.measure == "paper":

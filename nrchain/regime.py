@@ -170,7 +170,7 @@ def _rounding_warning(scene: Scene) -> str:
 def _start_warning(scene: Scene) -> str:
     start = scene.start
     large = abs(start.amplitude) >= BARELY * scene.run.atol * scene.chain.radius
-    if start.shape != "straight" and large:
+    if start.shape not in ("straight", "given") and large:
         return ""
     return seed_warning(scene, *initial_poses(scene))
 

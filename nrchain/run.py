@@ -39,7 +39,7 @@ from nrchain.outcome import Cause, Stop
 from nrchain.recording import Memory, Recorder
 from nrchain.scene import Scene
 from nrchain.seed import seed_warning
-from nrchain.start import refuse_far, starting_poses
+from nrchain.start import refuse_far, starting_poses, with_start
 from nrchain.telling import Tell, warn
 from nrchain.trajectory import Trajectory
 from nrchain.trajectory_writer import TrajectoryWriter
@@ -371,6 +371,8 @@ def simulate_telling(
     """:func:`simulate`, which calls ``tell`` with the text of what it would warn of."""
     place = None if output is None else output_file(output, overwrite)
     poses = starting_poses(scene, positions, frames)
+    if positions is not None or frames is not None:
+        scene = with_start(scene, *poses)
     if scene.effects == "auto":
         from nrchain.auto import choose
 

@@ -24,6 +24,7 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from nrchain import slip_modes
 from nrchain.errors import SceneError
+from nrchain.given_array import refuse_rows
 from nrchain.scene_file import (
     change,
     parse_assignment,
@@ -45,6 +46,7 @@ from nrchain.scene_rules import (
     unknown,
 )
 from nrchain.scene_sections import (
+    POSES,
     ChainSpec,
     EffectSections,
     ElasticitySpec,
@@ -252,7 +254,9 @@ class Scene(Section):
     def _check_start(self) -> None:
         """Refuse a wave that the lattice of spheres cannot hold, and offsets beyond all meaning."""
         start, spacing = self.start, self.chain.spacing
-        if start.shape == "straight":
+        for name in POSES:
+            refuse_rows(start.key(name), getattr(start, name), self.chain.particles)
+        if start.shape in ("straight", "given"):
             return
         if abs(start.amplitude) > LARGEST_OFFSET * spacing:
             allowed = f"must be no more than {LARGEST_OFFSET:g} times chain.spacing = {spacing!r}"

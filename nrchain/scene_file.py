@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from nrchain.errors import NOT_GIVEN, SceneError
+from nrchain.given_array import GivenArray
 from nrchain.scene_rules import Section, did_you_mean
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -161,6 +162,8 @@ def _literal(value: Any) -> str:
         return "{" + inner + "}"
     if isinstance(value, tuple):
         return "[" + ", ".join(map(_literal, value)) + "]"
+    if isinstance(value, GivenArray):
+        value = value.tolist()
     return json.dumps(value, ensure_ascii=False)
 
 

@@ -12,6 +12,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, cast
 
 from nrchain import slip_modes
 from nrchain.errors import NOT_GIVEN, SceneError
+from nrchain.given_array import GivenArray, array_of
 from nrchain.scene_rules import (
     SURE,
     Section,
@@ -35,7 +36,10 @@ Measure = Literal["paper", "isotropic"]
 Backend = Literal["native", "pystokes"]
 Integrator = Literal["cvode", "radau", "scipy-bdf"]
 _Entry = TypeVar("_Entry")
-Shape = Literal["straight", "sine", "helix-left", "helix-right", "random"]
+Shape = Literal["straight", "sine", "helix-left", "helix-right", "random", "given"]
+
+POSES = ("positions", "frames")
+"""The keys of a start that are arrays."""
 
 PYSTOKES_MODES = ("2s", "3a", "3t", "4a")
 """The modes that PyStokes has a routine for."""
@@ -280,7 +284,9 @@ class StartSpec(Section):
     """The shape at t = 0: amplitude a length, wavenumber in units of π/L (periodic: 2π/L).
 
     A negative amplitude of a sine or a helix shifts its phase by half a turn; that of a random
-    shape is a standard deviation, and not negative.
+    shape is a standard deviation, and not negative. A shape that is given is ``positions (N, 3)``
+    and ``frames (N, 3, 3)``, rows e_1, e_2, e_3; those left out are of the straight chain. A run
+    that is handed poses records them so, and is made again from its scene alone.
     """
 
     path: ClassVar[str] = "start"
@@ -288,8 +294,22 @@ class StartSpec(Section):
     amplitude: Annotated[float, number()] = 0.1
     wavenumber: Annotated[float, number(above=0)] = 1.0
     seed: Annotated[int, whole(least=0)] = 0
+    positions: Annotated[GivenArray | None, optional(array_of(3))] = None
+    frames: Annotated[GivenArray | None, optional(array_of(3, 3))] = None
 
     def check(self) -> None:
+        given = [name for name in POSES if getattr(self, name) is not None]
+        if self.shape == "given" and not given:
+            allowed = (
+                "must come with start.positions (N, 3), start.frames (N, 3, 3) or both; a"
+                " trajectory file keeps them in parameters/start, and"
+                " nrchain.Trajectory.open(path).scene has them"
+            )
+            raise SceneError("start.shape", self.shape, allowed)
+        if self.shape != "given" and given:
+            key = self.key(given[0])
+            allowed = "is for start.shape = 'given'; take it out, or set that"
+            raise SceneError(key, getattr(self, given[0]), allowed)
         if self.shape == "random" and self.amplitude < 0:
             allowed = "must be at least 0 for a random shape, whose standard deviation it is"
             raise SceneError("start.amplitude", self.amplitude, allowed)

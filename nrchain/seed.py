@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from nrchain.chain import initial_poses
 from nrchain.errors import SceneError
 from nrchain.scene import Scene
 
@@ -44,6 +45,15 @@ def seed_of(scene: Scene, positions: np.ndarray, frames: np.ndarray) -> float:
     return max(
         tilt if tilt > rounding else 0.0, across if across > rounding * max(far, 1.0) else 0.0
     )
+
+
+def start_size(scene: Scene) -> float:
+    """How far a scene's start is off straight, as a length: its amplitude, or what is given."""
+    if scene.start.shape == "straight":
+        return 0.0
+    if scene.start.shape == "given":
+        return seed_of(scene, *initial_poses(scene)) * scene.chain.radius
+    return abs(scene.start.amplitude)
 
 
 def bending_folds(scene: Scene) -> float:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 
 import numpy as np
 
 from nrchain.arguments import a_scene, finite_array, rotations
 from nrchain.chain import closest_pair, initial_poses
 from nrchain.errors import SceneError
+from nrchain.given_array import GivenArray
 from nrchain.guard import contact_distance, has_turning_springs, most_turned_link
 from nrchain.room import refuse_snapshots
 from nrchain.scene import Scene
+from nrchain.scene_sections import StartSpec
 from nrchain.seed import refuse_buried
 from nrchain.unwrapping import unwrapped_chain
 
@@ -42,15 +45,36 @@ def starting_poses(
     _refuse_size(a_scene(scene))
     with np.errstate(all="ignore"):
         built = initial_poses(scene)
-    count = scene.chain.particles
-    key = "start.amplitude" if positions is None else "positions"
-    points = unwrapped_chain(scene, _finite(key, positions, built[0]), key)
-    turns = rotations(built[1] if frames is None else frames, count).copy()
-    _refuse_overlap(scene, points, positions is None)
-    _refuse_turns(scene, turns, frames is None)
+    count, start = scene.chain.particles, scene.start
+    where = _given("positions", positions, start.positions)
+    points = unwrapped_chain(
+        scene, _finite(where or "start.amplitude", positions, built[0]), where or "start.amplitude"
+    )
+    turned = _given("frames", frames, start.frames)
+    turns = rotations(built[1] if frames is None else frames, count, key=turned or "frames").copy()
+    _refuse_overlap(scene, points, where)
+    _refuse_turns(scene, turns, turned)
     _refuse_indefinite(scene, points)
     refuse_buried(scene, points, turns)
     return points, turns
+
+
+def with_start(scene: Scene, positions: np.ndarray, frames: np.ndarray) -> Scene:
+    """The scene that starts from these poses, which it holds."""
+    start = StartSpec(
+        shape="given",
+        wavenumber=scene.start.wavenumber,
+        positions=GivenArray(positions),
+        frames=GivenArray(frames),
+    )
+    return replace(scene, start=start)
+
+
+def _given(name: str, argument: object, of_scene: object) -> str:
+    """What poses are called: an argument or a key of the scene; empty where neither is given."""
+    if argument is not None:
+        return name
+    return StartSpec.key(name) if of_scene is not None else ""
 
 
 def _finite(key: str, given: np.ndarray | None, built: np.ndarray) -> np.ndarray:
@@ -80,28 +104,28 @@ def _refuse_size(scene: Scene) -> None:
     refuse_snapshots(scene, left, "in this machine")
 
 
-def _refuse_overlap(scene: Scene, positions: np.ndarray, built: bool) -> None:
+def _refuse_overlap(scene: Scene, positions: np.ndarray, given: str) -> None:
     period = scene.length if scene.chain.ends == "periodic" else 0.0
     distance, i, j = closest_pair(positions, period)
     contact = contact_distance(scene)
     if distance <= contact:
         who = f"spheres {i} and {j}"
         must = f"{distance:.6g} apart and must be more than {contact:g}"
-        if built:
-            raise SceneError("start.shape", scene.start.shape, f"{who} overlap: they are {must}")
-        raise SceneError("positions", who, f"overlap: they are {must}")
+        if given:
+            raise SceneError(given, who, f"overlap: they are {must}")
+        raise SceneError("start.shape", scene.start.shape, f"{who} overlap: they are {must}")
 
 
-def _refuse_turns(scene: Scene, frames: np.ndarray, built: bool) -> None:
+def _refuse_turns(scene: Scene, frames: np.ndarray, given: str) -> None:
     angle, link = most_turned_link(frames, scene.chain.ends == "periodic")
     if has_turning_springs(scene) and angle >= 0.5 * np.pi:
         why = (
             f"turned by {angle:.4g} rad; from a quarter turn on the springs of twist and bend would"
             " pull it on towards a half turn"
         )
-        if built:
-            raise SceneError("start.shape", scene.start.shape, f"link {link} is {why}")
-        raise SceneError("frames", f"link {link}", why)
+        if given:
+            raise SceneError(given, f"link {link}", why)
+        raise SceneError("start.shape", scene.start.shape, f"link {link} is {why}")
 
 
 def _refuse_indefinite(scene: Scene, positions: np.ndarray) -> None:

@@ -11,6 +11,7 @@ from nrchain.checkpoint import counter_table
 from nrchain.choice import Choice
 from nrchain.h5md import COUNTERS
 from nrchain.scene import Scene
+from nrchain.scene_file import read_toml
 from nrchain.stored import dataset, meaning, text
 
 
@@ -54,8 +55,13 @@ def rows(file: Any, name: str, shape: tuple[int, ...], kinds: str = "f") -> Any:
 
 
 def stored_scene(file: Any) -> Scene:
-    """What was run."""
-    return Scene.from_toml(text(file, h5md.SCENE))
+    """What was run, with the poses it was given."""
+    table = read_toml(text(file, h5md.SCENE))
+    for name, element in h5md.STARTS.items():
+        if element in file:
+            axes = (3,) if name == "positions" else (3, 3)
+            table["start"][name] = rows(file, element, axes)[()]
+    return Scene.from_mapping(table)
 
 
 def stored_choice(file: Any) -> Choice | None:

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 
+import h5py
 import numpy as np
 import pytest
 from hypothesis import given
@@ -15,7 +16,7 @@ from poses import random_chain
 import nrchain
 from nrchain import chain, run, start
 from nrchain.errors import SceneError, TrajectoryError
-from nrchain.outcome import Cause
+from nrchain.outcome import Cause, Stop
 
 
 def sides(trajectory):
@@ -218,7 +219,7 @@ def test_spheres_that_touch_stop_the_run():
 
 def test_a_budget_of_steps_is_kept_and_spent_anew_by_resuming(tmp_path):
     scene = nrchain.load_scene("spiral-left", run={"end": 60.0, "snapshots": 31})
-    whole = nrchain.simulate(scene)
+    whole = nrchain.simulate(scene, output=tmp_path / "whole.h5")
     steps = whole.counters["steps"] // 3 + 1
     limited = nrchain.load_scene(scene, **{"run.max_steps": steps})
     pieces = nrchain.simulate(limited, output=tmp_path)
@@ -232,6 +233,31 @@ def test_a_budget_of_steps_is_kept_and_spent_anew_by_resuming(tmp_path):
         pieces = nrchain.resume(tmp_path)
     assert pieces.status == "completed"
     assert np.array_equal(pieces.positions, whole.positions)
+    assert pieces.counters["restarts"] > 0
+    recorded = []
+    for path in (whole.path, pieces.path):
+        with h5py.File(path) as file:
+            recorded.append(file["particles/trajectory/position/step"][()].tolist())
+    assert recorded[0] == recorded[1]
+
+
+@pytest.mark.parametrize("late", [0.0, 0.25])
+def test_a_stop_on_a_snapshot_is_that_snapshot_and_one_after_it_comes_last(
+    tmp_path, monkeypatch, late
+):
+    scene = nrchain.load_scene("stable", **{"run.end": 8.0, "run.snapshots": 5})
+    until = run.snapshot_times(scene)[2] + late
+
+    def watch(self, start, end, *rest):
+        return Stop(Cause.GROWTH, until, "told to") if start < until <= end else None
+
+    monkeypatch.setattr(run.GrowthWatch, "watch", watch)
+    for output in (None, tmp_path):
+        stopped = nrchain.simulate(scene, output=output)
+        assert stopped.cause is Cause.GROWTH
+        assert stopped.time.tolist() == [0.0, 2.0, 4.0] + [until] * (late > 0.0)
+    with h5py.File(tmp_path / "trajectory.h5") as file:
+        assert len(file["particles/trajectory/position/value"]) == 3 + (late > 0.0)
 
 
 def test_a_budget_of_seconds_is_kept():
