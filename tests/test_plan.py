@@ -64,7 +64,7 @@ def test_every_chain_is_judged_and_uniform_ones_are_compared(changes):
     assert "chain" not in told
     differ = changes.get("slip.2s") is OPPOSED
     assert ("waves: rates" in told) is not differ
-    assert all("infinite" in told[name].meaning for name in told if name.startswith("wave"))
+    assert all("infinite" in told[name].meaning for name in told if name.startswith("waves:"))
 
 
 def test_closest_approach_is_that_of_the_start():
