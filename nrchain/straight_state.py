@@ -3,7 +3,8 @@
 The chain starts at its rest length. Its links lengthen, shorten and twist under what they carry, by
 (I/h − J)(Δx, Δψ) = (v, ω) in each step (linearly implicit Euler, which is Newton's method at large
 h), until nothing moves any more, spheres touch, a link has turned by a quarter turn, or the run is
-over. Steps are as long as the links change little in each.
+over. Each step is taken whole and in two halves. Where these differ, it is too long: implicit steps
+damp what grows, and would come to rest where a chain collapses slowly at first.
 
 Deuflhard, Newton Methods for Nonlinear Problems (2004), sec. 6.4: pseudo-transient continuation.
 """
@@ -25,13 +26,14 @@ from nrchain.scene import Scene
 LONGEST = 1000
 """Spheres of the longest chain that is followed: its judgement takes some seconds."""
 
-FIRST, GROWTH = 1.0 / 64.0, 2.0
-"""The first step, in units of the run, and by how much steps may grow: 7 where nothing happens."""
+FIRST, SHRINKAGE, GROWTH = 1.0 / 64.0, 0.1, 2.0
+"""The first step, in units of the run, and by how much steps may shrink and grow."""
 
-CHANGE = 0.05
-"""A step changes a link by at most this part of d, and this many radians."""
+CHANGE, ERROR = 0.05, 1e-3
+"""A step changes a link by at most this part of d, and this many radians; and its two halves come
+out this near to it."""
 
-STEPS = 300
+STEPS = 1000
 """Steps after which a chain that still moves is left where it is."""
 
 STILL = 1e-9
@@ -80,7 +82,7 @@ def straight_state(scene: Scene) -> StraightState:
     if scene.chain.particles > LONGEST:
         allowed = f"is more than the {LONGEST} spheres up to which chains are judged"
         raise SceneError("chain.particles", scene.chain.particles, allowed)
-    line = _Line(scene)
+    line, moved = _Line(scene), True
     end, time, step = scene.run.end, 0.0, FIRST * scene.run.end
     for _ in range(STEPS):
         rate = line.rates()
@@ -88,16 +90,13 @@ def straight_state(scene: Scene) -> StraightState:
         still = np.abs(line.relative(rate)).max(initial=0.0) * (end - time) < STILL
         if stopped or still or time >= end:
             break
+        if moved:
+            line.linearise()
         step = min(step, end - time)
-        change = line.step(rate, step)
-        largest = float(np.abs(line.relative(change)).max(initial=0.0))
-        while largest > CHANGE:
-            step *= max(0.5 * CHANGE / largest, 0.1)
-            change = line.step(rate, step)
-            largest = float(np.abs(line.relative(change)).max(initial=0.0))
-        line.move(change)
-        time += step
-        step *= GROWTH
+        allowed = line.advance(rate, step)
+        moved = allowed >= 1.0
+        time += step * moved
+        step *= min(max(0.8 * allowed, SHRINKAGE), GROWTH)
     return line.state(time, stopped, link)
 
 
@@ -127,24 +126,44 @@ class _Line:
         ahead = np.roll(change, -1, axis=0) - change
         return (ahead if self._periodic else ahead[:-1]) / [self._scene.chain.spacing, 1.0]
 
-    def step(self, rate: np.ndarray, step: float) -> np.ndarray:
+    def linearise(self) -> None:
+        """Take J here, for the steps from here on."""
+        self._model.linearise(self._positions, self._frames, self._blocks)
+        along = self._blocks[:, :, _ALONG][:, :, :, _ALONG]
+        kept = np.ravel(2 * self._free[:, None] + np.arange(2))
+        self._matrix = from_blocks(along, periodic=self._periodic)[kept][:, kept]
+        self._kept = kept
+
+    def _step(self, rate: np.ndarray, step: float) -> np.ndarray:
         """The change (N, 2) in a step of this length."""
         from scipy.sparse import eye_array
         from scipy.sparse.linalg import splu
 
-        if not len(self._free):
-            return np.zeros(rate.shape)
-        self._model.linearise(self._positions, self._frames, self._blocks)
-        along = self._blocks[:, :, _ALONG][:, :, :, _ALONG]
-        matrix = from_blocks(along, periodic=self._periodic)
-        kept = np.ravel(2 * self._free[:, None] + np.arange(2))
-        matrix = matrix[kept][:, kept]
-        system = eye_array(len(kept), format="csc") - step * matrix
         change = np.zeros(rate.size)
-        change[kept] = splu(system.tocsc()).solve(step * rate.ravel()[kept])
+        if len(self._kept):
+            system = eye_array(len(self._kept), format="csc") - step * self._matrix
+            change[self._kept] = splu(system.tocsc()).solve(step * rate.ravel()[self._kept])
         return change.reshape(rate.shape)
 
-    def move(self, change: np.ndarray) -> None:
+    def advance(self, rate: np.ndarray, step: float) -> float:
+        """Go on by twice two half steps less the whole, which is of second order.
+
+        Returns how many times as long the step might have been: below 1 the chain stays where it
+        was. What leaves the chain not straight within the step, or not finite, raises.
+        """
+        kept = self._positions.copy(), self._turns.copy()
+        whole = self._step(rate, step)
+        first = self._step(rate, 0.5 * step)
+        self._move(first)
+        halves = first + self._step(self.rates(), 0.5 * step)
+        change = float(np.abs(self.relative(halves)).max(initial=0.0))
+        error = float(np.abs(self.relative(halves - whole)).max(initial=0.0))
+        allowed = 1.0 / max(change / CHANGE, math.sqrt(error / ERROR), 1e-3)
+        self._positions[:], self._turns[:] = kept
+        self._move(2.0 * halves - whole if allowed >= 1.0 else np.zeros_like(halves))
+        return allowed
+
+    def _move(self, change: np.ndarray) -> None:
         self._positions[:, 0] += change[:, 0]
         self._turns += change[:, 1]
         cosine, sine = np.cos(self._turns), np.sin(self._turns)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from plan_scenes import random_scene
 from poses import pose_derivative
 from test_line_loads import UNITS, graded, opposed
 
@@ -58,6 +59,15 @@ def test_spheres_that_come_to_touch_on_the_line_do_so_in_the_run():
         assert state.stopped is run.cause is Cause.TOUCH
         assert state.time == pytest.approx(run.time[-1], rel=0.05)
         assert any(f"spheres {link} and {link + 1}" in run.reason for link in mirrored(state))
+
+
+@pytest.mark.filterwarnings("ignore::nrchain.SceneWarning")
+def test_a_chain_that_lingers_before_it_collapses_is_followed_to_the_end():
+    """Links 30 % shorter hardly move for a while: long implicit steps would come to rest there."""
+    scene = random_scene(1185)
+    state, run = straight_state(scene), nrchain.simulate(scene)
+    assert state.stopped is run.cause is Cause.TOUCH
+    assert state.time == pytest.approx(run.time[-1], rel=0.1)
 
 
 @pytest.mark.filterwarnings("ignore::nrchain.SceneWarning")
