@@ -18,7 +18,6 @@ grows, saturates and shrinks by laws of its own.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,11 +25,10 @@ import numpy as np
 from nrchain.effects.base import largest_velocity
 from nrchain.errors import SceneError
 from nrchain.guard import Poses
-from nrchain.lattice import Branch, lattice_rates
+from nrchain.lattice import Branch, chain_waves, lattice_rates
 from nrchain.model import Model
 from nrchain.nominal_cost import evaluation_cost
 from nrchain.paired import PairedRun, apart
-from nrchain.regime import WAVENUMBERS
 from nrchain.scene import Scene
 from nrchain.scene_changes import Change, changes_of
 from nrchain.start import starting_poses
@@ -142,8 +140,7 @@ def estimate_effects(
 
 def fastest_wave(scene: Scene) -> float | None:
     """q of the bending wave that grows fastest, the longest if none does; None without waves."""
-    d, count = scene.chain.spacing, scene.chain.particles
-    waves = np.linspace(math.pi / (count * d), math.pi / d, WAVENUMBERS)
+    waves = chain_waves(scene)
     rates = bending_growth(scene, waves)
     if rates is None:
         return None

@@ -45,6 +45,9 @@ from nrchain.straight_chain import Complex, StraightChain
 
 Frame = Literal["lab", "spinning"]
 
+WAVENUMBERS = 64
+"""How many waves, from one over the chain to two spheres long, are tried for growth."""
+
 
 class Branch(IntEnum):
     """The columns of :func:`lattice_rates`.
@@ -69,6 +72,12 @@ class Branch(IntEnum):
     def hand(self) -> int:
         """+1 or −1, and 0 for the longitudinal branches."""
         return 0 if self.name in ("STRETCH", "TWIST") else 1 if self.name.endswith("PLUS") else -1
+
+
+def chain_waves(scene: Scene) -> NDArray[np.float64]:
+    """q (WAVENUMBERS,): from π/(N d), one over the chain, to π/d, two spheres long."""
+    count, d = scene.chain.particles, scene.chain.spacing
+    return np.linspace(math.pi / (count * d), math.pi / d, WAVENUMBERS)
 
 
 def lattice_rates(scene: Scene, wavenumbers: ArrayLike, *, frame: Frame = "lab") -> Complex:

@@ -1,9 +1,8 @@
-"""What the numbers of a scene foretell: its stiffness, its rates, its motion, its start.
+"""What the numbers of a scene foretell: its loads, its growth, its motion, its start.
 
-Rates are those of the infinite straight chain (:mod:`nrchain.lattice`), for waves between one over
-the chain and two spheres long, passive or active, with the friction that the scene names. Chains
-whose strengths differ from sphere to sphere are judged by uniform ones, see
-:func:`nrchain.regime.judged_by`.
+The finite chain is judged as it is, about its own straight state (:mod:`nrchain.soundness`). Rates
+of the infinite straight chain (:mod:`nrchain.lattice`), for waves between one over the chain and
+two spheres long, stand beside them as a comparison, where one strength holds for all spheres.
 Nothing is run.
 """
 
@@ -20,25 +19,18 @@ from nrchain.endless import net_forces, takes_all
 from nrchain.errors import SceneError
 from nrchain.flow_reach import reach_of_strain
 from nrchain.hydrodynamics.definiteness import is_cut, least_mobility
-from nrchain.lattice import Branch, lattice_rates, steady_rotation, steady_velocity
-from nrchain.regime import (
-    LARGEST_STRAIN,
-    growth_rates,
-    judged_by,
-    loads,
-    remedy,
-    rounding_drift,
-    warnings,
-)
+from nrchain.lattice import Branch, chain_waves, lattice_rates, steady_rotation, steady_velocity
+from nrchain.regime import judged, rounding_drift, warnings
 from nrchain.scene import Scene, load_scene
-from nrchain.seed import start_size
+from nrchain.seed import seed_of
+from nrchain.soundness import LARGEST_STRAIN, LARGEST_TURN, Judgement, bond_loads
 from nrchain.start import starting_poses
+from nrchain.straight_growth import REACH, StraightGrowth
 from nrchain.wording import span
 
 _BENDING = [Branch.BEND_PLUS, Branch.BEND_MINUS]
 
-SOFTENING = math.pi / 4
-"""Turn of a link from which the paper's springs of twist and bend, sin² of it, get weaker."""
+_OF_THE_INFINITE = "of the infinite chain"
 
 
 @dataclass(frozen=True)
@@ -59,39 +51,39 @@ class Plan:
 
 
 def plan(scene: Scene) -> Plan:
-    """The regime a scene is in, from its numbers alone.
+    """What becomes of the chain of a scene, from its numbers alone.
 
     What needs a straight chain that stays one is left out where the scene has none, and says so.
     Raises :class:`~nrchain.errors.SceneError` for a start that a run would refuse.
     """
-    positions, _ = starting_poses(scene)
+    positions, frames = starting_poses(scene)
     lines = [_start_line(scene, positions)]
     if is_cut(scene):
         lines.append(_mobility_line(scene, positions))
-    if len(judged_by(scene)) > 1:
-        what = "differ from sphere to sphere"
-        meaning = "what follows is for uniform chains of the extreme ones, the worst of them"
-        lines.append(Line("strengths", what, meaning))
-    for part in (_stiffness_lines, _rate_lines, _motion_lines, _reach_lines):
-        lines += _judged(part, scene)
+    found = judged(scene)
+    if isinstance(found, Judgement):
+        lines += [*_load_lines(scene, found), *_motion_lines(scene, found)]
+        lines += _growth_lines(scene, found, seed_of(scene, positions, frames))
+    else:
+        lines.append(Line("chain", "not judged", str(found)))
+    for part in (_wave_lines, _reach_lines):
+        lines += _compared(part, scene)
     lines += [Line(*row) for row in reach_of_strain(scene, positions)]
     drift = rounding_drift(scene)
-    lines.append(
-        Line("rounding", f"{drift:.1e} per unit time", "drift that springs make of rounded places")
-    )
-    return Plan(lines, warnings(scene))
+    lines.append(Line("rounding", f"{drift:.1e}", "position drift from rounding, per unit time"))
+    return Plan(lines, warnings(scene, found))
 
 
-def _judged(part: Callable[[Scene], list[Line]], scene: Scene) -> list[Line]:
+def _compared(part: Callable[[Scene], list[Line]], scene: Scene) -> list[Line]:
     """The lines of one part, or why there are none."""
     name = part.__name__.removeprefix("_").removesuffix("_lines")
     try:
         with np.errstate(over="raise", invalid="raise", divide="raise"):
             return part(scene)
     except SceneError as error:
-        return [Line(name, "not judged", f"plane waves do not tell: {error}")]
+        return [Line(name, "not compared", f"plane waves do not tell: {error}")]
     except FloatingPointError as error:
-        return [Line(name, "not judged", f"beyond the range of floats: {error}")]
+        return [Line(name, "not compared", f"beyond the range of floats: {error}")]
 
 
 def _mobility_line(scene: Scene, positions: np.ndarray) -> Line:
@@ -116,95 +108,126 @@ def _start_line(scene: Scene, positions: np.ndarray) -> Line:
     )
 
 
-def _stiffness_lines(scene: Scene) -> list[Line]:
-    lines = []
-    for load in loads(scene):
-        ratio = math.copysign(load.strain, load.prestress)
-        held = f"{load.prestress:.3g}/{load.stiffness:.3g} = {ratio:.2g}"
-        if not load.prestress:
-            meaning = "no active prestress strains the bonds"
+def _load_lines(scene: Scene, found: Judgement) -> list[Line]:
+    """What the links carry, and how far that strains them."""
+    straight = found.loads.tension
+    most = int(np.argmax(np.abs(straight)))
+    lines = [Line("tension", "0", "no link of the straight chain carries a force")]
+    if straight[most]:
+        meaning = "the largest of the straight chain; positive where a link pulls"
+        lines = [Line("tension", f"{straight[most]:.4g} in link {most}", meaning)]
+    for load in bond_loads(scene, found.carried):
+        ratio = math.copysign(load.strain, load.tension)
+        held = f"{load.tension:.3g}/{load.stiffness:.3g} = {ratio:.2g}"
+        if not load.tension:
+            meaning = "no tension strains the bonds"
         elif load.holds:
             meaning = f"in the beam limit, to which up to {LARGEST_STRAIN:g} belongs"
         else:
-            meaning = f"out of the beam limit; {remedy(scene, load)}"
-        lines.append(Line(load.name, f"prestress/{load.symbol} = {held}", meaning))
+            meaning = f"out of the beam limit, to which up to {LARGEST_STRAIN:g} belongs"
+        if found.carried is not found.loads and load.tension:
+            meaning += "; as much as bends may bring about"
+        lines.append(Line(load.name, f"tension/{load.symbol} = {held}", meaning))
+    moment = float(np.abs(found.carried.moment).max())
+    if moment:
+        twist = float(np.abs(found.state.turns).max())
+        meaning = f"the largest about the chain; links of the straight one twist by {twist:.2g} rad"
+        lines.append(Line("moment", f"{moment:.4g}", meaning))
     return lines
 
 
-def _rate_lines(scene: Scene) -> list[Line]:
-    d, end = scene.chain.spacing, scene.run.end
-    waves, rates = growth_rates(scene)
-    sizes = np.abs(rates)
-    fastest, slowest = sizes.max(), sizes[sizes > 0].min() if sizes.any() else 0.0
-    growth = rates.real.max(axis=(0, 2))
-    best = int(np.argmax(growth))
-    stiffness = f"a stiffness of {fastest * end:.1e} over the run"
-    bending = float(rates[:, 0, _BENDING].real.max())
-    lines = [
-        Line(
-            "rates",
-            span(f"{slowest:.2e}", f"{fastest:.2e}"),
-            f"|Λ| of the slowest and the fastest wave; {stiffness}",
-        ),
-        Line("longest wave", f"{bending:+.3e}", "growth rate of bending over the chain"),
-    ]
-    if growth[best] <= 1e-12 * fastest:
-        return [*lines, Line("growth", "none", "every wave decays")]
-    tens = growth[best] * end / math.log(10)
-    meaning = f"{tens:.3g} factors of ten by the end"
-    if 0.0 < (size := start_size(scene)) < d:
-        large = math.log(d / size) / growth[best]
-        meaning += f"; the start grows to the size of d by t = {large:.3g}"
-    lines.append(Line("growth", f"{growth[best]:.3e} at qd = {waves[best] * d:.3g}", meaning))
-    if tens > 1.0 and scene.elasticity.measure == "paper":
-        lines.append(_turn_line(scene, waves[best] * d))
+def _growth_lines(scene: Scene, found: Judgement, seed: float) -> list[Line]:
+    """How the finite chain leaves its straight state."""
+    growth = found.growth
+    if growth is None:
+        meaning = f"the straight chain goes on until t = {found.state.time:.3g} only"
+        return [Line("growth", "not judged", meaning)]
+    cut = f"; judged with one-body friction and slip of {REACH} places at most"
+    across, part = growth.across, "" if growth.whole else cut
+    if not across.rate and not growth.along.rate:
+        return [Line("growth", "none", f"the straight state of this chain decays to{part}")]
+    if not across.rate:
+        return [Line("growth", f"{growth.along.rate:.3e}", f"of stretch along the chain{part}")]
+    lines = [Line("growth", f"{across.rate:.3e}", _growth_meaning(scene, growth, seed) + part)]
+    if found.bends:
+        meaning = f"at slopes of 1 of the bend that grows; links hold up to {LARGEST_TURN:g} rad"
+        lines.append(Line("turns", f"of {across.phase:.2g} rad a link", meaning))
     return lines
 
 
-def _turn_line(scene: Scene, phase: float) -> Line:
-    return Line(
-        "turns",
-        f"of {phase:.2g} rad a link",
-        f"when the slopes of that wave reach 1; from {SOFTENING:.2g} rad on the paper's springs "
-        "soften and links may snap over, which elasticity.measure = 'isotropic' puts off",
-    )
+def _growth_meaning(scene: Scene, growth: StraightGrowth, seed: float) -> str:
+    rate = growth.across.rate
+    meaning = f"of bends of this chain: {rate * scene.run.end / math.log(10):.3g} factors of ten"
+    offset = seed * scene.chain.radius
+    if 0.0 < offset < scene.chain.spacing:
+        large = math.log(scene.chain.spacing / offset) / rate
+        meaning += f" by the end; the start grows to the size of d by t = {large:.3g}"
+    return meaning
 
 
-def _motion_lines(scene: Scene) -> list[Line]:
-    velocity = max((steady_velocity(s) for s in judged_by(scene)), key=lambda v: float(v @ v))
-    rotation = max((float(steady_rotation(s)[0]) for s in judged_by(scene)), key=abs)
+def _motion_lines(scene: Scene, found: Judgement) -> list[Line]:
+    """How the straight chain swims and spins, and the infinite one."""
+    velocity, spin, end = found.loads.velocity, found.loads.spin, scene.run.end
     lines = []
     if velocity.any():
         along = f"{velocity[0]:.4g}"
         across = f"({along}, {velocity[1]:.4g}, {velocity[2]:.4g})"
-        way = float(np.linalg.norm(velocity)) * scene.run.end / scene.chain.spacing
-        text = f"V₀ = {across if velocity[1:].any() else along}"
-        held = scene.chain.ends == "clamped"
-        meaning = "if its ends were not held" if held else f"{way:.3g} spacings by the end"
-        lines.append(Line("swims", text, meaning))
-    turns = rotation * scene.run.end / (2.0 * math.pi)
-    meaning = f"{turns:.4g} turns by the end"
-    if rotation and scene.chain.ends == "clamped":
-        meaning = "if its ends were not held"
-    lines.append(Line("spins", f"Ω₀ = {rotation:.4g}", meaning))
+        way = float(np.linalg.norm(velocity)) * end / scene.chain.spacing
+        text = f"V = {across if velocity[1:].any() else along}"
+        lines.append(Line("swims", text, f"{way:.3g} spacings by the end"))
+    if scene.chain.ends == "clamped":
+        lines.append(Line("spins", "Ω = 0", "its ends are held"))
+    else:
+        turns = spin * end / (2.0 * math.pi)
+        lines.append(Line("spins", f"Ω = {spin:.4g}", f"{turns:.4g} turns by the end"))
+    return lines
+
+
+def _wave_lines(scene: Scene) -> list[Line]:
+    """The laws of the infinite chain, to compare with those of this one."""
+    waves, end = chain_waves(scene), scene.run.end
+    rates = lattice_rates(scene, waves, frame="spinning")
+    sizes, growth = np.abs(rates), rates.real.max(axis=1)
+    fastest, slowest = sizes.max(), sizes[sizes > 0].min() if sizes.any() else 0.0
+    stiffness = f"a stiffness of {fastest * end:.1e} over the run"
+    bending = float(rates[0, _BENDING].real.max())
+    best = int(np.argmax(growth))
+    grows = Line("waves: growth", "none", f"every wave {_OF_THE_INFINITE} decays")
+    if growth[best] > 1e-12 * fastest:
+        at = f"{growth[best]:.3e} at qd = {waves[best] * scene.chain.spacing:.3g}"
+        grows = Line("waves: growth", at, f"of the fastest wave {_OF_THE_INFINITE}")
+    lines = [
+        Line(
+            "waves: rates",
+            span(f"{slowest:.2e}", f"{fastest:.2e}"),
+            f"|Λ| of the slowest and the fastest wave {_OF_THE_INFINITE}; {stiffness}",
+        ),
+        Line("waves: longest", f"{bending:+.3e}", f"growth of bending {_OF_THE_INFINITE}"),
+        grows,
+    ]
+    velocity, spin = steady_velocity(scene)[0], steady_rotation(scene)[0]
+    if velocity:
+        lines.append(Line("waves: swims", f"V₀ = {velocity:.4g}", _OF_THE_INFINITE))
+    if spin:
+        lines.append(Line("waves: spins", f"Ω₀ = {spin:.4g}", _OF_THE_INFINITE))
     return lines
 
 
 def _reach_lines(scene: Scene) -> list[Line]:
-    """What lies beyond the neighbours that count, of the rates of the longest wave."""
+    """What lies beyond the neighbours that count, of the rates of the infinite chain."""
     lines = []
     slip, friction = scene.slip, scene.friction
     active = any(np.any(mode.strength) for mode in slip.modes.values())
     if active and slip.neighbours != "all":
         slack = {f"elasticity.{name}": 0.0 for name in ("stretch", "shear", "twist", "bend")}
         loose = load_scene(scene, friction="one-body", **slack, **{"elasticity.ratio": None})
-        left = max(_left_out(bound, "slip.neighbours") for bound in judged_by(loose))
+        left = _left_out(loose, "slip.neighbours")
         lines.append(
             Line(
                 "reach of slip",
                 f"{100.0 * left:.3g} % left out",
-                f"of the rates that slip gives the longest wave, beyond {slip.neighbours} "
-                "a side; slip.neighbours = 'all' keeps it",
+                f"of the rates that slip gives the longest wave {_OF_THE_INFINITE}, beyond "
+                f"{slip.neighbours} a side; slip.neighbours = 'all' keeps it",
             )
         )
     if friction.kind == "pairwise" and friction.neighbours != "all":
@@ -216,8 +239,9 @@ def _reach_lines(scene: Scene) -> list[Line]:
             Line(
                 "reach of friction",
                 f"{100.0 * _left_out(passive, 'friction.neighbours'):.3g} % left out",
-                f"of the passive decay of the longest bending wave, beyond {friction.neighbours} "
-                "a side" + ("; friction.neighbours = 'all' keeps it" if takes_all(scene) else ""),
+                f"of the passive decay of the longest bending wave {_OF_THE_INFINITE}, beyond "
+                f"{friction.neighbours} a side"
+                + ("; friction.neighbours = 'all' keeps it" if takes_all(scene) else ""),
             )
         )
     return lines

@@ -11,7 +11,6 @@ import math
 
 import numpy as np
 
-from nrchain.chain import initial_poses
 from nrchain.errors import SceneError
 from nrchain.scene import Scene
 
@@ -47,30 +46,21 @@ def seed_of(scene: Scene, positions: np.ndarray, frames: np.ndarray) -> float:
     )
 
 
-def start_size(scene: Scene) -> float:
-    """How far a scene's start is off straight, as a length: its amplitude, or what is given."""
-    if scene.start.shape == "straight":
-        return 0.0
-    if scene.start.shape == "given":
-        return seed_of(scene, *initial_poses(scene)) * scene.chain.radius
-    return abs(scene.start.amplitude)
-
-
 def bending_folds(scene: Scene) -> float:
-    """max Re Λ · t_end of the bending and shear waves: by e to what power they grow in the run.
+    """max Re λ · t_end of the modes across the chain: by e to what power they grow in the run.
 
-    0 where they decay, and where no plane wave tells.
+    0 where they decay, and where the chain has no straight state to grow from.
     """
-    from nrchain.lattice import Branch
-    from nrchain.regime import growth_rates
+    from nrchain.straight_growth import straight_growth
+    from nrchain.straight_state import straight_state
 
-    across = [branch for branch in Branch if branch.hand]
     try:
         with np.errstate(over="raise", invalid="raise", divide="raise"):
-            growth = float(growth_rates(scene)[1].real[..., across].max())
-    except (SceneError, FloatingPointError, np.linalg.LinAlgError):
+            state = straight_state(scene)
+            growth = 0.0 if state.stopped else straight_growth(scene, state).across.rate
+    except (SceneError, ArithmeticError, np.linalg.LinAlgError):
         return 0.0
-    return max(growth * scene.run.end, 0.0)
+    return growth * scene.run.end
 
 
 def refuse_buried(scene: Scene, positions: np.ndarray, frames: np.ndarray) -> None:
@@ -79,7 +69,7 @@ def refuse_buried(scene: Scene, positions: np.ndarray, frames: np.ndarray) -> No
     if LEAST_ATOL < seed < atol and _comes_to_light(scene, seed, atol):
         allowed = (
             f"must be at most {_finer(seed)}: the start is {seed:.2g} a off straight, which steps"
-            f" of this tolerance do not see, and waves grow by up to e^{bending_folds(scene):.3g}"
+            f" of this tolerance do not see, and bends grow by up to e^{bending_folds(scene):.3g}"
             " over the run; or start from a larger amplitude, or from a straight chain"
         )
         raise SceneError("run.atol", atol, allowed)
@@ -96,14 +86,14 @@ def seed_warning(scene: Scene, positions: np.ndarray, frames: np.ndarray) -> str
         return ""
     if seed <= LEAST_ATOL:
         return (
-            "the start is straight to rounding, and a straight chain stays straight, although waves"
+            "the start is straight to rounding, and a straight chain stays straight, although bends"
             f" grow by up to e^{folds:.3g} over the run: there is nothing for them to grow from;"
             " start.shape = 'random' gives it"
         )
     if seed < atol:
         return ""
     return (
-        f"the start is {seed:.2g} a off straight, hardly above run.atol = {atol:g}, and waves grow"
+        f"the start is {seed:.2g} a off straight, hardly above run.atol = {atol:g}, and bends grow"
         f" by up to e^{folds:.3g} over the run: what has grown may be off by a factor; run.atol = "
         f"{_finer(seed)} settles it"
     )

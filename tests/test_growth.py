@@ -106,7 +106,8 @@ def test_steps_that_pass_over_a_growth_end_the_run(monkeypatch, integrator, dens
     if not dense:
         monkeypatch.setattr(growing_modes, "DENSE", 0)
     changes = COLUMN | {"start.amplitude": 1e-5, "run.integrator": integrator}
-    stopped = nrchain.simulate(passive(**changes))
+    with pytest.warns(nrchain.SceneWarning, match=r"bends grow by up to e\^200"):
+        stopped = nrchain.simulate(passive(**changes))
     assert 0.0 < stopped.time[-1] < 0.1
     assert "rate 143" in stopped.reason
     found = nrchain.simulate(passive(**changes | advised(stopped)))

@@ -229,7 +229,10 @@ class Unloadable:
         return Unloadable, ("one argument too many",)
 
 
-@pytest.mark.parametrize("value", [lambda: 0, Unloadable(), [open, iter("ab")]], ids=str)
+UNPICKLED = {"function": lambda: 0, "class": Unloadable(), "iterator": [open, iter("ab")]}
+
+
+@pytest.mark.parametrize("value", UNPICKLED.values(), ids=UNPICKLED)
 def test_a_value_that_cannot_be_pickled_is_shown_as_it_was(value):
     error = SceneError("chain.spacing", value, "must be a number")
     for again in (pickle.loads(pickle.dumps(error, p)) for p in PROTOCOLS):

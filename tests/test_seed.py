@@ -45,13 +45,13 @@ def test_what_stays_below_the_tolerance_runs(changes):
 def test_the_smallest_start_of_the_gallery_is_followed_where_it_may_grow():
     (case,) = [case for case in GALLERY if case.name == "amplitude 1e-12 a"]
     assert nrchain.simulate(case.scene()).status == "completed"
-    with pytest.raises(nrchain.SceneError, match="waves grow"):
+    with pytest.raises(nrchain.SceneError, match="bends grow"):
         nrchain.simulate(case.scene(**{"run.end": 5000.0}))
 
 
 def test_a_straight_start_of_a_chain_that_buckles_is_told():
     straight = buckling(**{"start.shape": "straight"})
-    with pytest.warns(nrchain.SceneWarning, match=r"straight.*grow by up to e\^15"):
+    with pytest.warns(nrchain.SceneWarning, match=r"straight.*grow by up to e\^7"):
         nrchain.simulate(straight)
     assert any("start.shape" in text for text in warnings(straight))
     assert warnings(nrchain.load_scene(straight, **{"slip.2s": -100.0})) == []
