@@ -309,7 +309,9 @@ def test_the_full_model_tells_what_the_cheapest_set_would_save_and_how_far_it_st
     told = choice.forgone
     assert told.left_out == ("slip beyond 1 neighbour a side", "friction between spheres")
     near = nrchain.load_scene(full, friction="one-body", **{"slip.neighbours": 1})
-    assert told.error == pytest.approx(1.1 * difference(near, full, told.until), rel=0.03)
+    # to what steps of a probe are followed with, of both runs
+    found = difference(near, full, told.until)
+    assert told.error == pytest.approx(1.1 * found, abs=2.0 * CLOSE * scene.tolerance)
     assert scene.tolerance < told.error
     lines = [line for line in choice.lines() if "the cheapest set" in line]
     assert lines == [
@@ -331,8 +333,7 @@ def test_a_set_that_saves_too_little_is_told_with_its_error():
     assert ladder(full) == []
     told = choice.forgone
     assert 1.0 / 1.5 < told.work < 1.0
-    # to what a probe is followed with
-    assert told.error == pytest.approx(1.1 * found, abs=CLOSE * scene.tolerance)
+    assert told.error == pytest.approx(1.1 * found, abs=2.0 * CLOSE * scene.tolerance)
     assert "(to t = 4)" in told.line(scene.tolerance, 4.0)
 
 
