@@ -107,7 +107,7 @@ SPECIMENS = {
     "nrchain.measure.Wave": lambda: measure.wave(periodic_trajectory(), kind="y"),
     "nrchain.plan.Line": lambda: plan.plan(scene()).lines[0],
     "nrchain.plan.Plan": lambda: plan.plan(scene()),
-    "nrchain.regime.Load": lambda: regime.loads(scene())[0],
+    "nrchain.regime.Judgement": lambda: regime.judged(nrchain.load_scene("buckling")),
     "nrchain.rod.Modulus": lambda: rod.TABLE[0],
 }
 """One of each public class, by the shortest name it has."""

@@ -123,6 +123,8 @@ REFUSALS = [
     ({"start.amplitude": NAN}, "start.amplitude", "a finite number"),
     ({"start.wavenumber": 0}, "start.wavenumber", "above 0"),
     ({"start.seed": -1}, "start.seed", "at least 0"),
+    ({"start.positions": [[0.0] * 3] * 4}, "start.positions", "is for start.shape = 'given'"),
+    ({"start.frames": [np.eye(3)] * 4}, "start.frames", "is for start.shape = 'given'"),
     ({"start.seed": 2**63}, "start.seed", "below 2^63"),
     ({"run.end": 0}, "run.end", "above 0"),
     ({"run.snapshots": 1}, "run.snapshots", "at least 2"),
