@@ -171,20 +171,28 @@ def _compliances(scene: Scene) -> tuple[Extension, Extension]:
 
 def _extension_between_clamps(scene: Scene) -> Extension:
     """Loads (L,) ↦ λ∥ Σ extensions: links of four spheres and of two give way differently."""
-    from scipy.sparse.linalg import splu
-
     unit = Elasticity.of(scene, (1.0, 0.0, 0.0, 0.0), ("stretch",))
     blocks = np.zeros((scene.chain.particles, 2 * REACH + 1, 6, 6))
     unit.add_jacobian(*straight_poses(scene), blocks)
     # the last sphere is pulled and the first is held: its shift is the sum of all extensions
     stiffness = from_blocks(-blocks[:, :, :1, :1], periodic=False)[1:, 1:]
-    factors = splu(stiffness.tocsc())
+    factors = sparse_factors(stiffness)
 
     def extension(loads: np.ndarray) -> float:
         pulled = np.append(loads[:-1] - loads[1:], loads[-1])
         return float(factors.solve(pulled)[-1])
 
     return extension
+
+
+def sparse_factors(matrix: Any) -> Any:
+    """The factors of a sparse matrix; FloatingPointError for one that is singular to rounding."""
+    from scipy.sparse.linalg import splu
+
+    try:
+        return splu(matrix.tocsc())
+    except RuntimeError as error:
+        raise FloatingPointError(f"the straight chain has no sound factors: {error}") from None
 
 
 def from_blocks(blocks: np.ndarray, *, periodic: bool) -> Any:

@@ -195,6 +195,9 @@ def _nearest_modes(matrix: Any, least: float, fast: float) -> Iterator[tuple[com
             values, shapes = eigs(matrix, NEAREST, sigma=rate, v0=begin, tol=1e-3, maxiter=15)
         except ArpackNoConvergence as short:
             values, shapes = short.eigenvalues, short.eigenvectors
+        except RuntimeError as error:
+            # no factors about this rate, or none of ARPACK's vectors grows out of them
+            raise FloatingPointError(f"rates about {rate:.3g} are not found: {error}") from None
         found += zip(map(complex, values), shapes.T, strict=True)
     yield from sorted(found, key=lambda pair: -pair[0].real)
 

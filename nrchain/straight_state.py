@@ -18,7 +18,7 @@ import numpy as np
 
 from nrchain.errors import SceneError
 from nrchain.guard import contact_distance, has_turning_springs
-from nrchain.line_loads import from_blocks, refuse_bending, straight_poses
+from nrchain.line_loads import from_blocks, refuse_bending, sparse_factors, straight_poses
 from nrchain.model import Model
 from nrchain.outcome import Cause
 from nrchain.scene import Scene
@@ -137,12 +137,11 @@ class _Line:
     def _step(self, rate: np.ndarray, step: float) -> np.ndarray:
         """The change (N, 2) in a step of this length."""
         from scipy.sparse import eye_array
-        from scipy.sparse.linalg import splu
 
         change = np.zeros(rate.size)
         if len(self._kept):
             system = eye_array(len(self._kept), format="csc") - step * self._matrix
-            change[self._kept] = splu(system.tocsc()).solve(step * rate.ravel()[self._kept])
+            change[self._kept] = sparse_factors(system).solve(step * rate.ravel()[self._kept])
         return change.reshape(rate.shape)
 
     def advance(self, rate: np.ndarray, step: float) -> float:

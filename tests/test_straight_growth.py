@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 from plan_scenes import random_scene
 from poses import pose_derivative
+from scipy.sparse import csc_array
 from test_line_loads import UNITS, graded, opposed
 
 import nrchain
 from nrchain.lattice import lattice_rates
+from nrchain.line_loads import sparse_factors
 from nrchain.model import Model
 from nrchain.outcome import Cause
+from nrchain.seed import bending_folds
 from nrchain.straight_growth import DENSE, straight_growth
 from nrchain.straight_state import LONGEST, straight_state
 
@@ -201,3 +204,19 @@ def test_longer_chains_are_refused_before_any_time_is_spent():
     with pytest.raises(nrchain.SceneError, match="1000 spheres") as refused:
         straight_state(nrchain.load_scene("buckling", **{"chain.particles": LONGEST + 1}))
     assert refused.value.value == LONGEST + 1
+
+
+def test_a_chain_beyond_rounding_is_not_judged_and_ends_as_it_must():
+    # the pull of the slip is 1e138 times that of the links: no factors of the line are sound
+    keys = {"chain.particles": 7, "chain.ends": "free", "chain.spacing": 2.5, "chain.radius": 0.8}
+    strong = {"slip.2s": -1e150, "friction": "pairwise", "run.end": 0.3, "elasticity.ratio": 3e11}
+    scene = nrchain.load_scene("passive", **keys, **strong)
+    with pytest.raises((FloatingPointError, nrchain.SceneError)):
+        straight_state(scene)
+    assert bending_folds(scene) == 0.0
+    assert nrchain.simulate(scene).cause is not None
+
+
+def test_singular_factors_are_told_as_what_callers_expect():
+    with pytest.raises(FloatingPointError, match="no sound factors"):
+        sparse_factors(csc_array(np.zeros((3, 3))))
