@@ -84,7 +84,17 @@ class Cvode(Integrator):
 
     def start(self, time: float, y: np.ndarray) -> None:
         self._reached, self._astray = (time, y.copy()), False
+        self._refuse_no_first_step(time, y)
         self._solver.init_step(time, y)
+
+    def _refuse_no_first_step(self, time: float, y: np.ndarray) -> None:
+        """CVODE's first step takes no coordinate farther than its tolerance: it may be 0."""
+        slope = np.empty_like(y)
+        self._rates(time, y, slope)
+        with np.errstate(over="ignore"):
+            rate = np.sqrt(np.mean((slope / (self.atol + self.rtol * np.abs(y))) ** 2))
+        if not rate * LEAST_ADVANCE * np.spacing(time) < 1.0:
+            raise IntegrationError(f"no step is short enough for rates of {abs(slope).max():.2g}")
 
     def step(self) -> float:
         self._return_to_end()
