@@ -60,7 +60,7 @@ def _run(mutant: str, options: list[str]) -> None:
         load_as_mutant(mutant)
     import pytest
 
-    os._exit(int(pytest.main(["-q", "-p", "no:cacheprovider", "-m", "", *options])))
+    os._exit(int(pytest.main(["-q", "-n0", "-p", "no:cacheprovider", "-m", "", *options])))
 
 
 _CONTEXT = get_context("forkserver")
