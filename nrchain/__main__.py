@@ -19,6 +19,8 @@ def main() -> None:
             os.open(os.devnull, os.O_RDWR)
     leave_on_signals()
     warnings.showwarning = _in_one_line
+    # pictures go to files; a notebook names a backend here that need not be installed
+    os.environ.pop("MPLBACKEND", None)
     from nrchain.cli import main as command_line
 
     try:

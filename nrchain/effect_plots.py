@@ -12,9 +12,23 @@ from typing import Any
 import numpy as np
 
 from nrchain.decomposition import Decomposition
-from nrchain.errors import SceneError, TrajectoryError
-from nrchain.h5md_file import refusing
-from nrchain.plots import DISCERNIBLE, DOTS_PER_INCH, FORMATS, INK, PALE, STYLE
+from nrchain.drawing import (
+    INK,
+    LINE,
+    PALE,
+    PAPER,
+    TEXT,
+    TITLE,
+    letters,
+    new_figure,
+    picture_path,
+    require_matplotlib,
+    save,
+    style,
+    write_title,
+)
+from nrchain.errors import TrajectoryError
+from nrchain.plots import DISCERNIBLE
 from nrchain.trajectory import Trajectory
 
 LEAST = 1e-12
@@ -34,34 +48,32 @@ def draw_effects(trajectory: Trajectory, path: str | Path) -> Path:
     :class:`~nrchain.errors.SceneError` for another ending, and
     :class:`~nrchain.errors.TrajectoryError` if there is nothing to draw.
     """
-    path = Path(path)
-    if path.suffix.lower() not in FORMATS:
-        raise SceneError("picture", str(path), f"must end in one of {', '.join(FORMATS)}")
+    path = picture_path(path)
     if not len(trajectory.time):
         raise TrajectoryError("the trajectory has no finished snapshot to draw")
 
-    from matplotlib import rc_context
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+    require_matplotlib()
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    with rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 4.6), facecolor="white", layout="constrained")
-        FigureCanvasAgg(figure)
-        left, right = list(figure.subfigures(1, 2, squeeze=False).flat)
-        lines = _draw_along(left.subplots(2, 1, sharex=True), trajectory)
-        _draw_over_time(right.subplots(), trajectory)
-        figure.legend(
-            lines.values(),
-            lines.keys(),
-            loc="outside lower center",
-            ncols=min(len(lines), 6),
-            frameon=False,
-        )
-        # the title is plain text: a dollar sign in it starts no mathematics
-        title = trajectory.scene.title.replace("$", r"\$")
-        figure.suptitle(title, fontsize=11, fontweight="bold", color=INK)
-        with refusing(path, "cannot be drawn"):
-            figure.savefig(path, dpi=DOTS_PER_INCH)
+    room = ConstrainedLayoutEngine(h_pad=0.04167, w_pad=0.04167, hspace=0.02, wspace=0.02)
+    figure = new_figure(9.0, 4.6, room)
+    left, right = list(figure.subfigures(1, 2, squeeze=False).flat)
+    lines = _draw_along(left.subplots(2, 1, sharex=True), trajectory)
+    _draw_over_time(right.subplots(), trajectory)
+    figure.legend(
+        lines.values(),
+        lines.keys(),
+        loc="outside lower center",
+        ncols=min(len(lines), 6),
+        frameon=False,
+        fontsize=TEXT,
+        labelcolor=INK,
+    )
+    for part in (left, right):
+        part.set(facecolor=PAPER, edgecolor=PAPER)
+    title = letters(trajectory.scene.title)
+    figure.suptitle(title, fontsize=TITLE, fontweight="bold", color=INK)
+    save(figure, path)
     return path
 
 
@@ -73,17 +85,25 @@ def _draw_along(panels: Any, trajectory: Trajectory) -> dict[str, Any]:
     spheres = np.arange(scene.chain.particles)
     marker = "." if len(spheres) <= DISCERNIBLE else ""
     lines = {}
+    for axes in panels:
+        style(axes)
     for axes, columns, factor in (
         (panels[0], slice(0, 3), 1.0),
         (panels[1], slice(3, 6), scene.chain.radius),
     ):
         sizes = {n: factor * np.linalg.norm(t[:, columns], axis=1) for n, t in twists.items()}
         for name, values in _above_rounding(sizes).items():
-            style = _style(name, list(twists))
-            lines[name], *_ = axes.plot(spheres, values, marker=marker, markersize=3, **style)
-        _prepare(axes, sizes)
+            look = _look(name, list(twists)) | {
+                "marker": marker,
+                "markersize": 3,
+                "markeredgewidth": 1.0,
+            }
+            lines[name], *_ = axes.plot(spheres, values, **look)
+        _finish(axes, sizes)
     panels[1].xaxis.get_major_locator().set_params(integer=True)
-    panels[0].set(ylabel="$|v|$", title=f"along the chain at $t$ = {trajectory.time[-1]:.4g}")
+    panels[0].tick_params(labelbottom=False)
+    panels[0].set(ylabel="$|v|$")
+    write_title(panels[0], f"along the chain at $t$ = {trajectory.time[-1]:.4g}")
     panels[1].set(ylabel=r"$a\,|\omega|$", xlabel="sphere")
     return {name: lines[name] for name in twists if name in lines}
 
@@ -98,15 +118,13 @@ def _draw_over_time(axes: Any, trajectory: Trajectory) -> None:
         trajectory.scene,
     )
     sizes = Decomposition(trajectory.scene).sizes(shown)
-    marker = "." if len(chosen) < 3 else ""
+    style(axes)
+    marker = {"marker": "." if len(chosen) < 3 else "", "markersize": 6, "markeredgewidth": 1.0}
     for name, values in _above_rounding(sizes).items():
-        axes.plot(shown.time, values, marker=marker, **_style(name, list(sizes)))
-    _prepare(axes, sizes)
-    axes.set(
-        xlabel="$t$",
-        ylabel=r"$\langle |v|^2 + a^2 |\omega|^2 \rangle^{1/2}$",
-        title="over time",
-    )
+        axes.plot(shown.time, values, **_look(name, list(sizes)) | marker)
+    _finish(axes, sizes)
+    axes.set(xlabel="$t$", ylabel=r"$\langle |v|^2 + a^2 |\omega|^2 \rangle^{1/2}$")
+    write_title(axes, "over time")
 
 
 def _above_rounding(sizes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -120,13 +138,13 @@ def _above_rounding(sizes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     return shown
 
 
-def _style(name: str, names: list[str]) -> dict[str, Any]:
+def _look(name: str, names: list[str]) -> dict[str, Any]:
     from matplotlib import colormaps
 
     if name == "total":
-        return {"color": INK, "linewidth": 1.8, "zorder": 1}
+        return LINE | {"color": INK, "linewidth": 1.8, "zorder": 1}
     number = names.index(name)
-    return {
+    return LINE | {
         "color": colormaps["tab20"](number % 20),
         "linestyle": DASHES[number % len(DASHES)],
         "linewidth": 1.0,
@@ -134,9 +152,12 @@ def _style(name: str, names: list[str]) -> dict[str, Any]:
     }
 
 
-def _prepare(axes: Any, sizes: dict[str, np.ndarray]) -> None:
-    """A logarithmic scale where there is something to draw."""
+def _finish(axes: Any, sizes: dict[str, np.ndarray]) -> None:
+    """A logarithmic scale where there is something to draw, and some air about it."""
+    axes.margins(0.05)
     if _above_rounding(sizes):
         axes.set_yscale("log")
     else:
-        axes.text(0.5, 0.5, "nothing moves", transform=axes.transAxes, ha="center", color=PALE)
+        axes.text(
+            0.5, 0.5, "nothing moves", transform=axes.transAxes, ha="center", color=PALE, size=TEXT
+        )

@@ -8,21 +8,33 @@ be lost; then they are stretched, and the picture says by how much.
 from __future__ import annotations
 
 import itertools
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from nrchain.drawing import (
+    INK,
+    LINE,
+    PALE,
+    TEXT,
+    TITLE,
+    letters,
+    new_figure,
+    picture_path,
+    require_matplotlib,
+    save,
+    settle,
+    style,
+    write_title,
+)
 from nrchain.errors import SceneError, TrajectoryError
-from nrchain.h5md_file import refusing
 from nrchain.scene import Scene
 from nrchain.trajectory import Trajectory
 from nrchain.wording import span
 
 VIEWS = ("planes", "3d")
-FORMATS = (".png", ".pdf", ".svg")
 
 SLENDER = 0.06
 """Width over length below which the directions across a chain are stretched."""
@@ -33,28 +45,7 @@ DISCERNIBLE = 250
 LEAST_DIAMETER = 2.2
 """Points below which a sphere is drawn as a dot of this size."""
 
-INK, PALE = "0.15", "0.4"
 AXES = ("x", "y", "z")
-DOTS_PER_INCH = 200
-STYLE: dict[Any, Any] = {
-    "font.size": 8.5,
-    "axes.labelsize": 9.5,
-    "axes.linewidth": 0.6,
-    "axes.edgecolor": PALE,
-    "axes.axisbelow": True,
-    "axes.grid": True,
-    "grid.color": "0.92",
-    "grid.linewidth": 0.5,
-    "xtick.color": PALE,
-    "ytick.color": PALE,
-    "xtick.labelcolor": INK,
-    "ytick.labelcolor": INK,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "xtick.major.size": 2.5,
-    "ytick.major.size": 2.5,
-    "mathtext.fontset": "cm",
-}
 
 Box = tuple[float, float, float, float]
 """Left, bottom, width and height of a part of a figure, in inches."""
@@ -80,29 +71,22 @@ def draw_chain(
     ending or number of times, and :class:`~nrchain.errors.TrajectoryError` if there is nothing to
     draw. A file that exists is replaced.
     """
-    path = Path(path)
     if view not in VIEWS:
         raise SceneError("view", view, f"must be one of {', '.join(VIEWS)}")
     if times < 1:
         raise SceneError("times", times, "must be at least 1")
-    if path.suffix.lower() not in FORMATS:
-        raise SceneError("picture", str(path), f"must end in one of {', '.join(FORMATS)}")
+    path = picture_path(path)
     if not len(trajectory.time):
         raise TrajectoryError("the trajectory has no finished snapshot to draw")
 
-    from matplotlib import rc_context
-
+    require_matplotlib()
     chosen = np.unique(np.linspace(0, len(trajectory.time) - 1, times).round().astype(int))
     chains = trajectory.positions[chosen] / trajectory.scene.chain.radius
     colours = _colours(len(chosen))
-    with rc_context(STYLE), warnings.catch_warnings():
-        # a title in a script that the font lacks is drawn as boxes, which show by themselves
-        warnings.filterwarnings("ignore", message="Glyph .* missing from")
-        picture = (_draw_planes if view == "planes" else _draw_space)(chains, colours)
-        picture.write_title(trajectory)
-        picture.draw_bar(colours, trajectory.time[chosen])
-        with refusing(path, "cannot be drawn"):
-            picture.save(path)
+    picture = (_draw_planes if view == "planes" else _draw_space)(chains, colours)
+    picture.write_title(trajectory)
+    picture.draw_bar(colours, trajectory.time[chosen])
+    picture.save(path)
     return path
 
 
@@ -174,14 +158,13 @@ class _Picture:
             words.append(f"{stopped}$t$ = {trajectory.time[-1]:.4g}")
         if self.note:
             words.append(self.note)
-        # The title is plain text: a dollar sign in it starts no mathematics.
-        title = scene.title.replace("$", r"\$")
+        title = letters(scene.title)
         (left, bottom), (width, height) = self.corner, self.figure.get_size_inches()
-        for up, text, style in (
-            (0.32, title, {"fontsize": 11, "fontweight": "bold", "color": INK}),
-            (0.12, "   ·   ".join(words), {"color": PALE}),
+        for up, text, look in (
+            (0.32, title, {"fontsize": TITLE, "fontweight": "bold", "color": INK}),
+            (0.12, "   ·   ".join(words), {"fontsize": TEXT, "color": PALE}),
         ):
-            self.figure.text(left / width, (bottom + up) / height, text, **style)
+            self.figure.text(left / width, (bottom + up) / height, text, **look)
 
     def draw_bar(self, colours: np.ndarray, times: np.ndarray) -> None:
         """One field of colour a time, if there are several."""
@@ -201,15 +184,16 @@ class _Picture:
         axes.set_yticks(labelled, [f"{t:.4g}" for t in times[labelled]])
         axes.yaxis.tick_right()
         axes.tick_params(length=0, pad=3)
-        axes.set_title("$t$", fontsize=9.5, pad=5)
+        write_title(axes, "$t$", pad=5)
 
     def save(self, path: Path) -> None:
         from matplotlib.transforms import Bbox
 
         crop: Any = Bbox.from_bounds(*self.crop) if self.crop else None
+        settle(self.figure)
         if any(text.get_window_extent().x1 > self.figure.bbox.x1 for text in self.figure.texts):
             crop = "tight"  # a title that runs out of the figure widens it, at twice the time
-        self.figure.savefig(path, dpi=DOTS_PER_INCH, bbox_inches=crop)
+        save(self.figure, path, crop)
 
 
 def _draw_planes(chains: np.ndarray, colours: np.ndarray) -> _Picture:
@@ -220,7 +204,7 @@ def _draw_planes(chains: np.ndarray, colours: np.ndarray) -> _Picture:
     side = min(tall, 2.6)
     right, low = left + wide + 0.75, bottom + (tall - side) / 2
     bar = (right + side + 0.2, low, 0.12, side)
-    figure = _new_figure(bar[0] + 0.75, bottom + tall + 0.64)
+    figure = new_figure(bar[0] + 0.75, bottom + tall + 0.64)
 
     upper = _add_axes(figure, (left, bottom + frame.height + gap, wide, frame.height))
     lower = _add_axes(figure, (left, bottom, wide, frame.height), sharex=upper)
@@ -246,19 +230,17 @@ def _draw_space(chains: np.ndarray, colours: np.ndarray) -> _Picture:
     """One panel in perspective, with x from left to right."""
     length = 5.0
     frame = _Frame.fit(chains, length, 1.6, 4.0)
-    figure = _new_figure(8.0, 8.0)
+    figure = new_figure(8.0, 8.0)
     axes = _add_axes(figure, (0.5, 0.5, 6.0, 6.0), projection="3d")
     inches, scales = (length, frame.height, frame.height), (frame.along, frame.across, frame.across)
     _prepare(axes, frame, (0, 1, 2), inches, scales)
     axes.set_box_aspect(inches)
     axes.view_init(elev=24, azim=-66)
     axes.xaxis.labelpad = 14
-    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
-        axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
-        axis.line.set_color(PALE)
     marker = "o" if chains.shape[1] <= DISCERNIBLE else ""
     for chain, colour in zip(chains, colours, strict=True):
-        axes.plot(*chain.T, color=colour, linewidth=0.9, marker=marker, markersize=LEAST_DIAMETER)
+        look = LINE | {"marker": marker, "markersize": LEAST_DIAMETER, "markeredgewidth": 1.0}
+        axes.plot(*chain.T, color=colour, linewidth=0.9, **look)
 
     left, bottom, right, top = _bounds(axes)
     bar = (right + 0.25, bottom + 0.4, 0.12, min(top - bottom - 0.8, 2.6))
@@ -268,22 +250,17 @@ def _draw_space(chains: np.ndarray, colours: np.ndarray) -> _Picture:
 
 def _bounds(axes: Any) -> Box:
     """Left, bottom, right and top of what a panel in perspective fills, in inches."""
-    axes.figure.draw_without_rendering()
+    settle(axes.figure)
+    axes.figure.canvas.draw()
+    renderer = axes.figure.canvas.get_renderer()
     limits = (axes.get_xlim(), axes.get_ylim(), axes.get_zlim(), (1.0,))
     corners = np.array(list(itertools.product(*limits))) @ axes.get_proj().T
     points = [axes.transData.transform(corners[:, :2] / corners[:, 3:])]
-    points += [axis.get_tightbbox().get_points() for axis in (axes.xaxis, axes.yaxis, axes.zaxis)]
+    points += [
+        axis.get_tightbbox(renderer).get_points() for axis in (axes.xaxis, axes.yaxis, axes.zaxis)
+    ]
     inches = np.concatenate(points) / axes.figure.dpi
     return (*inches.min(axis=0), *inches.max(axis=0))
-
-
-def _new_figure(width: float, height: float) -> Any:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), facecolor="white")
-    FigureCanvasAgg(figure)
-    return figure
 
 
 def _add_axes(figure: Any, box: Box, **options: Any) -> Any:
@@ -291,7 +268,9 @@ def _add_axes(figure: Any, box: Box, **options: Any) -> Any:
     width, height = figure.get_size_inches()
     left, bottom, wide, tall = box
     place = (left / width, bottom / height, wide / width, tall / height)
-    return figure.add_axes(place, **options)
+    axes = figure.add_axes(place, **options)
+    style(axes)
+    return axes
 
 
 def _prepare(
@@ -302,7 +281,7 @@ def _prepare(
     scales: tuple[float, ...],
 ) -> None:
     """Set labels, limits and a few plain ticks for the directions of space that are shown."""
-    from matplotlib.ticker import MaxNLocator, ScalarFormatter
+    from matplotlib.ticker import MaxNLocator
 
     for name, direction, size, scale in zip(AXES, shown, inches, scales, strict=False):
         axes.set(
@@ -313,18 +292,18 @@ def _prepare(
         )
         axis = getattr(axes, f"{name}axis")
         axis.set_major_locator(MaxNLocator(7 if size > 4 else 4, steps=[1, 2, 2.5, 5, 10]))
-        axis.set_major_formatter(ScalarFormatter(useOffset=False))
 
 
 def _draw_flat(axes: Any, chain: np.ndarray, colour: np.ndarray, diameter: float) -> None:
     """A projected chain ``(N, 2)``; its spheres to scale if ``diameter``, in points, allows it."""
     from matplotlib.collections import EllipseCollection
 
-    axes.plot(*chain.T, color=colour, linewidth=0.9, solid_joinstyle="round")
+    axes.plot(*chain.T, color=colour, linewidth=0.9, solid_joinstyle="round", **LINE)
     if len(chain) > DISCERNIBLE:
         return
     if diameter < LEAST_DIAMETER:
-        axes.plot(*chain.T, "o", color=colour, markersize=LEAST_DIAMETER, markeredgewidth=0)
+        dots = LINE | {"linestyle": "", "marker": "o", "markersize": LEAST_DIAMETER}
+        axes.plot(*chain.T, color=colour, **dots)
         return
     size = np.full(len(chain), 2.0)
     spheres = EllipseCollection(

@@ -227,7 +227,7 @@ OF_THE_PROCESS = {
 }  # fmt: skip
 """Names of what changes a process as a whole; its filters of warnings, too, are not a thread's."""
 
-OF_THE_PROGRAM = {"__main__.py", "cli.py", "terminal.py", "plots.py", "effect_plots.py"}
+OF_THE_PROGRAM = {"__main__.py", "cli.py", "terminal.py"}
 """Modules of the command line, which has its process to itself."""
 
 

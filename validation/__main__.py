@@ -5,6 +5,7 @@ Exit codes: 0, every check holds; 1, a check failed or a study stopped; 2, refus
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -155,4 +156,6 @@ def _entry(value: Any) -> Any:
 
 
 if __name__ == "__main__":
+    # figures go to files; a notebook names a backend here that need not be installed
+    os.environ.pop("MPLBACKEND", None)
     app()

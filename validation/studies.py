@@ -10,7 +10,9 @@ import importlib
 import time
 import traceback
 from dataclasses import dataclass
+from typing import Any
 
+from nrchain import drawing
 from validation.recorder import Listener, Recorder
 
 
@@ -50,14 +52,31 @@ STUDIES: dict[str, Study] = {
     ),
 }
 
-STYLE: dict[str, object] = {
+STYLE: dict[Any, Any] = {
+    "font.size": drawing.TEXT,
+    "axes.labelsize": drawing.LABEL,
+    "axes.linewidth": 0.6,
+    "axes.edgecolor": drawing.PALE,
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "grid.color": drawing.GRID,
+    "grid.linewidth": 0.5,
+    "xtick.color": drawing.PALE,
+    "ytick.color": drawing.PALE,
+    "xtick.labelcolor": drawing.INK,
+    "ytick.labelcolor": drawing.INK,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.major.size": 2.5,
+    "ytick.major.size": 2.5,
+    "mathtext.fontset": "cm",
     "legend.frameon": False,
     "legend.fontsize": 8,
     "lines.linewidth": 1.2,
     "lines.markersize": 4.5,
     "figure.constrained_layout.use": True,
 }
-"""What figures of studies have beyond the style of the package's own pictures."""
+"""Of figures of studies: what the package names on its pictures part by part, and more."""
 
 
 @dataclass(frozen=True)
@@ -78,11 +97,11 @@ def run_study(name: str, *, quick: bool = False, listener: Listener | None = Non
     recorder = Recorder(name, quick=quick, listener=listener)
     begin, error = time.perf_counter(), ""
     try:
-        from matplotlib import rc_context
+        from matplotlib import rc_context, rcdefaults, rcParams
 
-        from nrchain import plots
-
-        with rc_context(plots.STYLE | STYLE):
+        with rc_context():
+            rcdefaults()  # a report looks alike whatever the settings of who makes it
+            rcParams.update(STYLE)
             importlib.import_module(STUDIES[name].module).study(recorder)
     except Exception as stop:
         where = traceback.extract_tb(stop.__traceback__)[-1]
