@@ -308,8 +308,7 @@ def _stepping(short: Scene, reference: Trajectory, budget: float) -> tuple[list[
     }
 
     def too_long(name: str, found: Mapping[str, Measured]) -> bool:
-        looser = [other for other in found if other.split(",")[0] == name.split(",")[0]]
-        return bool(looser) and found[looser[-1]].nominal > budget / 10.0
+        return _too_long(changes, name, found, budget / 10.0)
 
     scenes = {name: load_scene(short, **change) for name, change in changes.items()}
     found = measure_all(scenes, reference, budget=0.6 * budget, skip=too_long)
@@ -317,6 +316,15 @@ def _stepping(short: Scene, reference: Trajectory, budget: float) -> tuple[list[
     missing = [name for name in changes if name not in found]
     reason = "not on offer for this chain, or beyond the budget"
     return points, [f"{name}: {reason}" for name in missing]
+
+
+def _too_long(
+    changes: Mapping[str, Changes], name: str, found: Mapping[str, Measured], most: float
+) -> bool:
+    """Whether the same integrator took more than ``most`` nominal seconds a tolerance before."""
+    scheme = changes[name]["run.integrator"]
+    looser = [one for key, one in found.items() if changes[key]["run.integrator"] == scheme]
+    return bool(looser) and looser[-1].nominal > most
 
 
 def _levels(short: Scene) -> dict[Axis, dict[str, Changes]]:

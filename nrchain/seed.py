@@ -31,18 +31,20 @@ def seed_of(scene: Scene, positions: np.ndarray, frames: np.ndarray) -> float:
     than rounding is left.
     """
     offsets, axis = positions - positions[0], np.array([1.0, 0.0, 0.0])
+    rounding = 4.0 * float(np.finfo(float).eps)
+    far, unsure = float(np.abs(positions).max()), rounding
     if scene.chain.ends != "periodic":
         length = float(np.linalg.norm(offsets[-1]))
         if not length:
             return math.inf
-        axis = offsets[-1] / length
+        # the axis turns with the rounding of the positions of its ends
+        axis, unsure = offsets[-1] / length, rounding * max(far / length, 1.0)
     radius = scene.chain.radius
     tilt = float(np.linalg.norm(np.cross(frames[:, 0], axis), axis=1).max())
     across = float(np.linalg.norm(np.cross(offsets, axis), axis=1).max()) / radius
-    rounding = 4.0 * float(np.finfo(float).eps)
-    far = float(np.abs(positions).max()) / radius
     return max(
-        tilt if tilt > rounding else 0.0, across if across > rounding * max(far, 1.0) else 0.0
+        tilt if tilt > unsure else 0.0,
+        across if across > rounding * max(far / radius, 1.0) else 0.0,
     )
 
 

@@ -97,7 +97,7 @@ class StraightChain:
         finite_size = self.scene.slip.finite_size
         flow = sorted({k for _, k in mode.flow(finite_size)})
         spin = sorted({k for _, k in mode.spin(finite_size)})
-        samples = max(len(flow), len(spin), 1)
+        samples = max(len(flow), len(spin))
         twists, blocks = np.empty((samples, 2, 6)), np.empty((samples, 2, 3, 6, 6))
         for n in range(samples):
             pair = _straight_pair(

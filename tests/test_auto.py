@@ -218,6 +218,8 @@ def test_a_difference_is_carried_on_by_its_own_law():
     assert carry_on(times, growing, 20.0) == pytest.approx(1e-3 * math.exp(10.0))
     assert carry_on(times, 0.3 * times, 20.0) == pytest.approx(6.0)
     assert carry_on(times, np.exp(-times), 20.0) == math.exp(-10.0)
+    assert carry_on(times, 0.3 * np.sqrt(times), 40.0) == pytest.approx(0.3 * math.sqrt(40.0))
+    assert carry_on(times, 0.3 * times**2, 20.0) == pytest.approx(2.0 * 0.3 * 10.0**2)
 
 
 OWN_UNITS = {"chain.radius": 0.5, "chain.viscosity": 2.0, "chain.spacing": 7.0}

@@ -102,6 +102,20 @@ def test_what_an_integrator_refuses_is_left_out_and_other_errors_are_not(monkeyp
         measure_all({"": replace(SMALL, title="slip")}, run)
 
 
+def test_a_tighter_tolerance_is_left_out_where_the_one_before_took_too_long():
+    """Each integrator is judged by its own last point alone."""
+    changes = {
+        f"{scheme} {k}": {"run.integrator": scheme} for scheme in ("bdf", "cvode") for k in range(3)
+    }
+    short = measured(1e-3, 1.0)
+    points = {"bdf 0": replace(short, nominal=9.0), "bdf 1": replace(short, nominal=2.0)}
+    points["cvode 0"] = replace(short, nominal=0.5)
+    assert cost._too_long(changes, "bdf 2", points, 1.0)
+    assert not cost._too_long(changes, "bdf 2", points, 3.0)
+    assert not cost._too_long(changes, "cvode 1", points, 1.0)
+    assert not cost._too_long(changes, "cvode 0", {"bdf 0": points["bdf 0"]}, 1.0)
+
+
 def test_advice_is_the_cheapest_setting_that_is_sure():
     table = found(measured(1e-3, 1.0), measured(7e-5, 2.0), measured(4e-5, 5.0, 3.0, 4.0))
     advice = table.advise(1e-4)

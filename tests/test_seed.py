@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
 import nrchain
@@ -67,7 +68,7 @@ def test_a_start_hardly_above_the_tolerance_is_told():
 def test_the_seed_is_that_of_the_chain_however_it_lies(far):
     scene = buckling(**{"start.amplitude": 1e-3, "chain.ends": "free"})
     positions, frames = starting_poses(scene)
-    turn = np.array([[0.0, -0.6, 0.8], [1.0, 0.0, 0.0], [0.0, 0.8, 0.6]])
+    turn = Rotation.from_rotvec([0.3, -0.7, 1.1]).as_matrix()
     own = seed_of(scene, positions, frames)
     assert 1e-3 < own < 5e-3
     moved = seed_of(scene, positions @ turn.T + far, frames @ turn.T)

@@ -8,8 +8,9 @@ import pytest
 from poses import dense, pose_derivative, random_chain, rigid_motion
 
 import nrchain
-from nrchain.effects.base import Effect, OneBodyEffect
+from nrchain.effects.base import Effect, OneBodyEffect, largest_velocity
 from nrchain.effects.registry import acting, effects, find_effect
+from nrchain.effects.slip import pairs_within
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.model import Model
 from nrchain.scene_rules import Section, number, vector
@@ -369,3 +370,29 @@ def test_the_check_finds_what_is_wrong(effect, message):
 
 def test_the_order_of_the_list():
     assert [e.name for e in effects()][:5] == ["stretch", "shear", "twist", "bend", "slip 2s"]
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_the_largest_velocity_is_that_of_a_surface(axis):
+    """|v| of the centres and a|ω| of the surfaces, each by its own components alone."""
+    twists = np.zeros((2, 6))
+    twists[0, 3 + axis] = -7.0
+    assert largest_velocity(twists, 0.3) == pytest.approx(0.3 * 7.0)
+    twists[1, axis] = -5.0
+    assert largest_velocity(twists, 0.3) == 5.0
+    assert largest_velocity(twists, 2.0) == 14.0
+
+
+@pytest.mark.parametrize("ends", ["free", "periodic"])
+def test_the_pairs_of_a_reach_are_counted_one_by_one(ends):
+    scene = nrchain.load_scene("buckling", **{"chain.particles": 7, "chain.ends": ends})
+    images = 3 if ends == "periodic" else 0
+    for reach in (1, 2, 3, 6):
+        apart = [
+            j + 7 * image - i
+            for i in range(7)
+            for j in range(7)
+            for image in range(-images, images + 1)
+        ]
+        assert pairs_within(scene, reach) == sum(0 < abs(m) <= reach for m in apart)
+    assert ends == "periodic" or pairs_within(scene, "all") == 7 * 6

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from fractions import Fraction
 
 import numba
 import numpy as np
@@ -18,6 +19,7 @@ from hydrodynamics.reference import (
 from hydrodynamics.side_by_side import reads_of_the_loop
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.polynomial import legendre
 from poses import dense, pose_derivative
 
 from nrchain import slip_modes
@@ -339,3 +341,24 @@ def test_no_two_kernels_share_a_name():
     ]
     kernels += [pairs.block_kernel(law) for law in laws]
     assert len({kernel.py_func.__qualname__ for kernel in kernels}) == len(kernels)
+
+
+def test_the_text_of_a_law_is_the_law_whatever_its_powers(monkeypatch):
+    """Two rows far apart, run as plain Python: no machine code on disk takes the text's place.
+
+    The flow is ∇φ × r of a harmonic φ: u = V (s² + s⁸ P₇'(c)) e × n.
+    """
+    monkeypatch.setattr(slip_modes, "_MODES", dict(slip_modes._MODES))
+    seventh = tuple(Fraction(q, 16) for q in (-35, 0, 945, 0, -3465, 0, 3003))
+    rows = {("x", 2): (1,), ("x", 8): seventh}
+    slip_modes.register(SlipMode("9x", "two far rows", 9, True, True, rows))
+    law = pair_law.PairLaw.of(["9x"], [(1.0, 0.0, 0.0)])
+    radius, strength, axis = 1.3, -2.0, np.array([0.6, 0.0, 0.8])
+    sources = np.zeros((7, 2))
+    sources[:3, 1], sources[3:6, 0], sources[6, 0] = [2.0, -3.0, 1.5], axis, strength
+    run = pair_law._compiled(law.source, "sum_twists").py_func
+    distance = np.linalg.norm(sources[:3, 1])
+    scale, normal = radius / distance, sources[:3, 1] / distance
+    slope = legendre.Legendre.basis(7).deriv()(axis @ normal)
+    expected = strength * (scale**2 + scale**8 * slope) * np.cross(axis, normal)
+    np.testing.assert_allclose(run(sources, radius, 1, 0, 1)[:3], expected, rtol=1e-14)

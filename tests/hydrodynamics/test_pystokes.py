@@ -299,6 +299,14 @@ def test_overlapping_spheres_are_refused(neighbours):
     backend.mobility(positions, np.ones((4, 6)), 1, 1.0, 1.0)
 
 
+@pytest.mark.parametrize("neighbours", [3, 7, "all"])
+def test_the_ends_of_a_closed_chain_that_overlap_are_refused(neighbours):
+    positions = np.array([[0.0, 0, 0], [5, 0, 0], [5, 5, 0], [0, 3.1, 0]])
+    with pytest.raises(BackendError, match=r"spheres 0 and 3 are 3\.1 apart"):
+        backend.mobility(positions, np.ones((4, 6)), neighbours, 1.6, 1.0)
+    backend.mobility(positions, np.ones((4, 6)), 2, 1.6, 1.0)
+
+
 def test_the_check_finds_a_wrong_mobility(monkeypatch):
     monkeypatch.setitem(backend.PI, "2.3.2", 3.1415926536)
     with pytest.raises(BackendError, match=r"mobilityRR 1 where 1 is known, misfit"):
