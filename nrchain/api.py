@@ -124,8 +124,7 @@ def _native(
         radius=radius,
         finite_size=finite_size,
     )
-    if flow and len(positions) > 1:
-        flow.add_twists(positions, frames, twists)
+    flow.add_twists(positions, frames, twists)
     return twists
 
 

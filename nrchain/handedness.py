@@ -120,8 +120,10 @@ def _variance(links: tuple[Array, Array, Array], noise: Array, spheres: int) -> 
     count, square = links[0].shape[1], noise**2
     first = square * _slope_square(links, spheres)
     second = 2.0 * square**2 * _curvature_square(links, spheres)
-    # n·(n × n) of three spheres: two a volume are left, as neighbours share two, which cancel
-    third = 6.0 * square**3 * (2 * count + (0 if count == spheres else 2))
+    # n·(n × n) of three spheres: two a volume are left, as neighbours share two, which cancel;
+    # around a ring of up to five spheres those two cancel as well
+    ring = 2 * count if spheres > 5 else 0
+    third = 6.0 * square**3 * (ring if count == spheres else 2 * count + 2)
     # in the chain that is seen noise has slopes of its own, on average twice the second term
     return np.maximum(first - second, second) + third
 

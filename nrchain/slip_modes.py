@@ -91,7 +91,7 @@ class SlipMode:
         except (TypeError, AttributeError):
             raise SceneError(key, self.velocity, _TABLE) from None
         for place, row in rows:
-            basis, power = place if isinstance(place, tuple) and len(place) == 2 else (None, 0)
+            basis, power = place if isinstance(place, tuple) and len(place) == 2 else (None, None)
             if basis not in BASIS or not is_whole(power) or not 1 <= power <= LARGEST_POWER:
                 raise SceneError(
                     key,

@@ -86,8 +86,6 @@ def show(*things: Any, whole: bool = False, **how: Any) -> OSError | None:
                 needed = Measurement.get(screen, free, thing).maximum
                 screen.width = max(needed, screen.width)
             screen.print(thing, **how)
-        if sys.stdout is not None:
-            sys.stdout.flush()
     except OSError as error:
         let_go()
         return error

@@ -2,6 +2,7 @@
 
 import itertools
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -153,6 +154,22 @@ def test_a_change_that_the_scene_does_not_allow_has_a_row_with_the_reason():
     assert [row[0] for row in refused] == ["+ friction between spheres"]
     assert len(refused[0]) == len(COLUMNS)
     assert any("has a net force" in remark for remark in effects.remarks())
+
+
+def test_the_time_of_an_effect_is_what_it_takes_or_would_add():
+    scene = nrchain.load_scene("passive", **SHORT)
+    plan = plan_effects(scene, estimate_effects(scene, budget=0.0))
+    for own, dropped, added, taken, brought in (
+        (4.0, 3.0, 5.0, "+25 %", "+25 %"),
+        (4.0, 5.0, 3.0, "-25 %", "-25 %"),
+        (0.0, 1.0, 1.0, "+0 %", "+0 %"),
+    ):
+        kinds = [one.change.kind for one in plan.estimates.estimates]
+        assert set(kinds) == {"drop", "add"}
+        times = [dropped if kind == "drop" else added for kind in kinds]
+        rows = replace(plan, own=own, others=times).rows()
+        for kind, row in zip(kinds, rows, strict=False):
+            assert row[COLUMNS.index("time")] == (taken if kind == "drop" else brought)
 
 
 def test_the_reach_of_a_disturbed_flow_is_a_change():

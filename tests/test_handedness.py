@@ -1,5 +1,6 @@
 """Coils of both hands and none, with noise of known size, on chains with a ≠ 1 and d ≠ 10."""
 
+import itertools
 import math
 
 import numpy as np
@@ -132,6 +133,28 @@ def test_the_error_is_the_scatter_that_noise_gives(count, radius, noise, ends):
     assert math.sqrt(np.mean(errors**2)) == pytest.approx(scatter, rel=0.3)
     sizes = measure.handedness(made_of(seen, ends), noise=noise).size
     assert sizes == pytest.approx(volumes_of(seen, period) / unit, rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize("count", [4, 5, 6, 7, 12])
+@pytest.mark.parametrize("ends", ["free", "periodic"])
+def test_noise_alone_spans_volumes(count, ends):
+    """The part ε⁶ of the variance: 6 w² of three spheres with w n_i·(n_j × n_k) in the volume."""
+    straight, noise = helix(count, 1, 0.0), 0.8 * D
+    once, twice = (
+        measure.handedness(made_of(straight, ends), noise=each).error[0] ** 2
+        for each in (noise, 2.0 * noise)
+    )
+    unit = D**3 * (count if ends == "periodic" else count - 3)
+    # the chain has no slopes of its volume, so the rest is the part ε⁴
+    found = (twice - 16.0 * once) / (64.0 - 16.0) / noise**6 * unit**2
+    expected = 0.0
+    for spheres in itertools.combinations(range(count), 3):
+        shape = np.zeros((count, 3))
+        shape[spheres, range(3)] = 1.0
+        if ends == "periodic":
+            shape = np.concatenate([shape, shape[:3]])
+        expected += 6.0 * float(volumes_of(shape[None])[0]) ** 2
+    assert found == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
 def test_a_coil_keeps_its_hand_under_noise_well_below_it():

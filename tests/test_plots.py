@@ -146,6 +146,8 @@ def test_spheres_are_to_scale_and_lengths_in_radii(tmp_path, figures):
     assert len(upper.collections) == 6
     assert np.allclose(upper.collections[-1].get_offsets(), bent()[-1, :, :2])
     assert np.all(upper.collections[-1].get_widths() == 2.0)
+    for line, spheres in zip(upper.lines, upper.collections, strict=True):
+        assert tuple(spheres.get_facecolor()[0]) == tuple(line.get_color())
     assert upper.get_ylabel() == "$y/a$"
 
 
@@ -170,6 +172,11 @@ def test_each_time_has_its_colour_in_the_bar(tmp_path, figures, times, drawn):
         assert [tuple(colour) for colour in bar.images[0].get_array()[:, 0]] == colours
         labels = [label.get_text() for label in bar.get_yticklabels()]
         assert (labels[0], labels[-1]) == ("0", "10")
+        low, high = bar.images[0].get_extent()[2:]
+        fields = (bar.get_yticks() - low) / (high - low) * drawn
+        middles = np.arange(drawn) + 0.5
+        assert np.abs(fields[:, None] - middles).min(axis=1) == pytest.approx(0.0, abs=1e-9)
+        assert fields[[0, -1]] == pytest.approx(middles[[0, -1]])
 
 
 def test_the_title_tells_what_was_run(tmp_path, figures):

@@ -212,6 +212,18 @@ def test_what_is_absent_is_not_there(effect):
         assert effect not in zero.effects
 
 
+@pytest.mark.parametrize(("neighbours", "kept"), [(5, 5), (8, 8), ("all", None)])
+def test_flows_of_a_few_neighbours_have_blocks_and_those_of_all_have_none(neighbours, kept):
+    """Beyond eight neighbours blocks would cost more than they save."""
+    scene = nrchain.load_scene(
+        "buckling", **{"chain.particles": 14, "slip.neighbours": neighbours, "chain.ends": "free"}
+    )
+    assert find_effect("reach")(scene).places == kept
+    model = Model(scene)
+    assert model.is_banded == (kept is not None)
+    assert kept is None or model.reach == kept
+
+
 def test_an_effect_of_ones_own_runs_is_written_and_resumed(spring, tmp_path):
     assert spring in effects()
     scene = make(spring.example, elasticity={"stretch": 0.0, "shear": 0.0})

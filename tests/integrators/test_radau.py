@@ -6,6 +6,7 @@ from integrators.stepping import distances, integrate, poses_at, prepare, small,
 
 from nrchain.charts import TURN_LIMIT, ChartedChain
 from nrchain.integrators.base import IntegrationError
+from nrchain.integrators.radau_stages import ITERATIONS, Outcome
 
 EXACT = 1e-9
 """Tolerance of Newton's iteration in fixed steps; it converges to 3e-5 of this."""
@@ -80,6 +81,24 @@ def test_the_predictor_and_the_kept_jacobian_save_work():
     assert path.integrator.steps > 80
     assert path.chain.evaluations < 8 * path.integrator.steps
     assert path.chain.jacobians < 0.2 * path.integrator.steps
+
+
+@pytest.mark.parametrize(("first", "growth"), [(0.7, 3.0), (0.6, 5.0), (0.8, 2.0)])
+def test_an_error_that_grows_from_step_to_step_is_foreseen(first, growth):
+    """Errors C h⁴ with C growing by one factor a step: the third is what a constant C would give.
+
+    As of the controller of Gustafsson; see Hairer and Wanner, Solving ODEs II, IV.8.
+    """
+    _, integrator = prepare(tumbling(), "radau", 1e-6)
+    integrator.step()
+    integrator._error = 0.0
+    stages = np.zeros((3, integrator.chain.dimension))
+    outcome, step, errors = Outcome(stages, True, ITERATIONS, 1.0), first, []
+    for k in range(3):
+        errors.append(growth**k * step**4)
+        integrator._accept(step, outcome, errors[-1], False, np.inf)
+        step = integrator._next
+    assert errors[2] == pytest.approx(errors[1] / growth, rel=1e-12)
 
 
 def test_gives_up_when_steps_vanish(monkeypatch):

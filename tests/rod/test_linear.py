@@ -151,6 +151,20 @@ def effective_bending(mode, coefficient):
     return complex((torque / (friction * STRENGTHS[mode] * q**4))[0])
 
 
+@pytest.mark.parametrize("row", TABLE, ids=lambda row: row.symbol)
+@pytest.mark.parametrize("printed", [False, True])
+def test_every_modulus_has_its_dimension(row, printed):
+    """F a force, M times and f over a length; ε a number, τ over a length: lengths are scaled.
+
+    At fixed η and V forces grow as lengths do.
+    """
+    lengths = ({"chain.radius": 1.3 * k, "chain.spacing": 7.0 * k} for k in (1.0, 2.0))
+    own, scaled = (row.value(Rod.of(scene(row.mode, **each)), printed=printed) for each in lengths)
+    *_, load, strain = ("", *row.symbol.split("_")[-2:])
+    power = 1 + {"F": 0, "M": 1, "f": -1, "m": 0}[load] + {"eps": 0, "tau": 1, "pre": 0}[strain]
+    assert scaled == pytest.approx(2.0**power * own, rel=1e-12)
+
+
 def test_active_bending_moduli_of_the_beam_limit():
     """7/3 for 2s and 121/5 for 4a, where the moduli alone, C_⊥^{Mτ} and C_↺^{Mτ}, give 7/2 and
     1089/20: as for 3a, third derivatives of u in the discrete torque count at this order."""
