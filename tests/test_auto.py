@@ -8,8 +8,18 @@ import numpy as np
 import pytest
 
 import nrchain
-from nrchain.auto import CLOSE, _left_out, _subsets, _tried, carry_on, choose, full_scene, ladder
-from nrchain.choice import Choice, Watch
+from nrchain.auto import (
+    CLOSE,
+    MARGIN,
+    _left_out,
+    _subsets,
+    _tried,
+    carry_on,
+    choose,
+    full_scene,
+    ladder,
+)
+from nrchain.choice import BREACH, WINDOW, Choice, Watch
 from nrchain.description import describe
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.estimate import estimate_effects
@@ -212,6 +222,18 @@ def test_a_choice_is_watched_from_its_own_poses(quiet):
         Watch(scene, choice, Model(scene)).check(scene.run.end, (bent, poses[1]))
 
 
+@pytest.mark.parametrize(
+    ("time", "velocity"), [(0.0, 8.0), (1.0, 6.0), (3.0, 7.0), (4.0, 3.0), (7.0, 7.0)]
+)
+def test_what_is_allowed_is_what_the_probe_found_about_that_time(time, velocity):
+    """Beyond its end, the most of its second half; at least what makes up the tolerance."""
+    end, velocities = 8.0, (8.0, 6.0, 1.0, 7.0, 3.0)
+    choice = Choice(0.1, ("friction",), 0.05, 4.0, tuple(np.arange(5.0)), velocities, "")
+    assert WINDOW * end < 1.0
+    assert choice.allowed(time, end) == pytest.approx(BREACH * velocity)
+    assert replace(choice, tolerance=100.0).allowed(time, end) == pytest.approx(BREACH * 12.5)
+
+
 def test_a_difference_is_carried_on_by_its_own_law():
     times = np.linspace(0.0, 10.0, 41)
     growing = 1e-3 * np.exp(0.5 * times)
@@ -256,6 +278,41 @@ def test_what_comes_within_a_tenth_of_the_tolerance_is_not_left_out(small, allow
     scene, found = small
     _, choice = choose(nrchain.load_scene(scene, tolerance=allowed * found))
     assert bool(choice.left_out) == left_out
+
+
+@pytest.fixture(scope="module")
+def strays():
+    """Two sets of which the cheapest strays too far late, and the dearer one does not."""
+    scene = nrchain.load_scene("passive", **QUIET, **OWN_UNITS, **{"slip.2s": 10.0})
+    full, begin = full_scene(scene), starting_poses(scene)
+    alone = [_tried(1e3, full, [one], begin, 20.0).distances[1] for one in ladder(full)]
+    cheap, dear = (far[-1] for far in alone)
+    tolerance = 1.05 * MARGIN * dear
+    assert tolerance < 0.95 * MARGIN * cheap
+    return nrchain.load_scene(scene, tolerance=tolerance), full, begin
+
+
+def test_a_dearer_set_is_followed_until_the_cheapest_is_far_nearer_than_allowed(strays):
+    scene, full, begin = strays
+    chosen, choice = choose(scene)
+    dear = ladder(full)[1]
+    assert choice.left_out == tuple(_left_out(full, dear.applied(full)))
+    assert difference(chosen, full, scene.run.end) < scene.tolerance
+    loose = _tried(1e3, full, ladder(full), begin, 20.0)
+    assert loose.run.members == [0, 1]
+
+
+def test_a_probe_that_its_budget_ends_has_looked_at_all_it_followed(strays):
+    """Also where the cheapest set is no longer followed."""
+    scene, full, begin = strays
+    whole = _tried(scene.tolerance, full, ladder(full), begin, 20.0)
+    assert whole.run.members == [0, 2]
+    between = 0
+    for part in np.linspace(0.6, 0.98, 12):
+        probe = _tried(scene.tolerance, full, ladder(full), begin, part * whole.run.work)
+        assert probe.reached[-1] == probe.run.time
+        between += probe.run.members == [0, 2] and probe.run.time not in whole.reached
+    assert between
 
 
 def rotne_prager(scene, positions, forces, torques):

@@ -15,7 +15,7 @@ from nrchain.cli import REFUSED, app
 from nrchain.cost import Point, WorkPrecision, work_precision
 from nrchain.errors import SceneError
 from nrchain.nominal_cost import evaluation_cost
-from nrchain.timing import Measured, distance, measure_all
+from nrchain.timing import Measured, distance, measure_all, run_timed
 from nrchain.trajectory import Trajectory
 from nrchain.work import CARRIED, RunCost, Work
 
@@ -64,6 +64,16 @@ def test_distance_is_in_radii_and_the_angle_of_the_turn_between_frames(run, angl
     apart, turned = distance(altered(run, positions, frames), run)
     assert apart == pytest.approx(5e-3 / 0.5, rel=1e-9)
     assert turned == pytest.approx(2 * half, rel=1e-3, abs=1e-15)
+
+
+def test_the_late_half_of_a_run_takes_what_a_run_of_half_of_it_leaves():
+    """Steps lengthen as the chain comes to rest."""
+    tight = {"run.rtol": 1e-9, "run.atol": 1e-9}
+    run, cost_of_run = run_timed(load_scene("passive", **tight, **{"run.end": 4.0}))
+    half = simulate(load_scene("passive", **tight, **{"run.end": 2.0}))
+    left = 1.0 - half.counters["evaluations"] / run.counters["evaluations"]
+    assert 0.05 < left < 0.45
+    assert cost_of_run.late == pytest.approx(left, abs=0.03)
 
 
 def test_a_run_that_stopped_is_infinitely_far(run):

@@ -9,7 +9,7 @@ import pytest
 from scipy.sparse.linalg import ArpackError, ArpackNoConvergence
 
 import nrchain
-from nrchain import growing_modes
+from nrchain import growing_modes, growth
 from nrchain.charts import ChartedChain
 from nrchain.growing_modes import growth_about_base
 from nrchain.model import Model
@@ -122,6 +122,16 @@ def test_a_chain_that_decays_completes_and_warns_of_nothing(amplitude):
         trajectory = nrchain.simulate(scene)
     assert trajectory.status == "completed"
     assert largest_offset(trajectory) < max(amplitude, 1e-15)
+
+
+def test_a_chain_that_is_bent_is_looked_at_every_eighth_step(monkeypatch):
+    looks, bend = [], growth._bend
+    monkeypatch.setattr(growth, "_bend", lambda *given: looks.append(bend(*given)) or looks[-1])
+    bent = {"start.shape": "sine", "start.amplitude": 10.0, "run.rtol": 1e-9, "run.atol": 1e-9}
+    steps = nrchain.simulate(passive(**bent)).counters["steps"]
+    assert set(looks) == {growth.LARGEST}
+    assert steps > 10 * growth.BENT
+    assert len(looks) == math.ceil(steps / growth.BENT)
 
 
 def test_an_unstable_chain_that_is_straight_stays_so_and_says_it_once():

@@ -130,6 +130,17 @@ def test_a_chain_swims_and_spins_by_the_sum_of_what_acts_on_it(ends, friction):
     assert twists[:, 3].mean() == pytest.approx(found.spin, rel=1e-2)
 
 
+@pytest.mark.parametrize("ends", ["free", "periodic", "clamped"])
+def test_a_force_across_moves_what_is_not_held_by_its_drag(ends):
+    """V = F/6πηa of every sphere; clamped ends hold a chain that a force along it pulls."""
+    force = [0.0, 2.0, -3.0] if ends != "clamped" else [2.0, 0.0, 0.0]
+    units = {"radius": 0.5, "spacing": 7.0, "viscosity": 0.2, "ends": ends, "particles": 8}
+    scene = nrchain.load_scene({"chain": units, "field.force": force, "run.end": 1.0})
+    drag = 6.0 * math.pi * 0.2 * 0.5
+    moved = np.zeros(3) if ends == "clamped" else np.array(force) / drag
+    assert line_loads(scene).velocity == pytest.approx(moved, abs=1e-13)
+
+
 def test_a_stretching_flow_pulls_as_a_parabola():
     """T_i = γ_T G d (i + 1)(N − 1 − i)/2: the drag of either side, relative to the middle."""
     rate = 0.01

@@ -209,6 +209,19 @@ def test_the_shape_fit_reads_a_travelling_wave_of_an_open_chain(kind):
     assert fit.amplitude == pytest.approx(0.1, rel=0.01)
 
 
+def test_the_error_of_a_shape_fit_is_that_of_its_noise():
+    """δΛ = σ/√(N Σ w(t − t̄)²) with w = |A|²exp(2 Re Λ t), as least squares has it."""
+    q, true, time, noise = 1.3 * np.pi / (29 * D), 0.9 + 2.5j, np.linspace(0, 2, 41), 1e-3
+    exact = with_wave(q, 0.1 * np.exp(true * time), "right", count=30, ends="free", time=time)
+    exact.positions[:] += noise * np.random.default_rng(3).standard_normal(exact.positions.shape)
+    weights = 0.01 * np.exp(2.0 * true.real * time)
+    spread = weights @ (time - np.average(time, weights=weights)) ** 2
+    fit = measure.fit_shape(exact, q, "right", start=0.0)
+    error = noise / math.sqrt(30 * spread)
+    assert fit.rate.growth.error == pytest.approx(error, rel=0.1)
+    assert fit.rate.frequency.error == pytest.approx(error, rel=0.1)
+
+
 def test_a_shape_that_is_no_wave_says_so():
     positions = straight(30, 11)
     positions[..., 1] = np.linspace(0, 1, 30) ** 4
@@ -365,3 +378,5 @@ def test_wrong_arguments_of_measures_are_named():
     wave = measure.wave(with_wave(2 * np.pi / 240, np.full(6, 0.1), "y"), kind="y")
     with pytest.raises(MeasurementError, match=r"^most_misfit = "):
         measure.rate(wave, most_misfit="x")
+    with pytest.raises(MeasurementError, match=r"^most_misfit = "):
+        measure.fit_shape(trajectory, most_misfit="x")

@@ -133,7 +133,9 @@ def test_only_a_slender_chain_is_stretched_and_the_picture_says_so(tmp_path, fig
     upper, lower = (planes(figures[0])[plane] for plane in ((0, 1), (0, 2)))
     assert inches_per_unit(upper) == pytest.approx(inches_per_unit(lower))
     along, across = inches_per_unit(upper)
+    assert not upper.xaxis.get_tick_params()["labelbottom"]
     if width == 0.5 * SLENDER:
+        assert 1.0 < np.ptp(upper.get_ylim()) / np.ptp(points[..., 1]) < 1.5
         assert f"stretched {float(f'{across / along:.2g}'):g} times" in words(figures[0])
     else:
         assert across == pytest.approx(along)

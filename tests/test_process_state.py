@@ -6,6 +6,7 @@ import ast
 import os
 import subprocess
 import sys
+import threading
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -17,6 +18,7 @@ from process_state import changes, handlers, state
 import nrchain
 from nrchain import auto, cost, effect_plots, estimate, measure, plan, plots, run
 from nrchain.errors import NrchainError, SceneError, TrajectoryError
+from nrchain.hydrodynamics import sharing
 from nrchain.paired import PairedRun
 from nrchain.start import starting_poses
 
@@ -217,6 +219,26 @@ def test_threads_share_sums_over_threads(layer, tmp_path):
     if "No threading layer could be loaded" in ended.stderr:
         pytest.skip(f"numba has no {layer} here")
     assert ended.stdout == f"same\n{layer}\n", ended.stderr
+
+
+@pytest.mark.parametrize(("layer", "second"), [("omp", True), ("tbb", True), ("workqueue", False)])
+def test_a_second_thread_enters_only_layers_that_allow_it(monkeypatch, layer, second):
+    monkeypatch.setattr(sharing, "layer", lambda: layer)
+    shared, inside, leave = [], threading.Event(), threading.Event()
+
+    def first(parallel):
+        shared.append(parallel)
+        inside.set()
+        assert leave.wait(60.0)
+
+    with ThreadPoolExecutor(1) as pool:
+        waiting = pool.submit(sharing.add, lambda parallel: lambda: first(parallel), True)
+        assert inside.wait(60.0)
+        sharing.add(lambda parallel: lambda: shared.append(parallel), True)
+        leave.set()
+        waiting.result()
+    sharing.add(lambda parallel: lambda: shared.append(parallel), True)
+    assert shared == [True, second, True]
 
 
 OF_THE_PROCESS = {

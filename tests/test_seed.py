@@ -58,6 +58,14 @@ def test_a_straight_start_of_a_chain_that_buckles_is_told():
     assert warnings(nrchain.load_scene(straight, **{"slip.2s": -100.0})) == []
 
 
+@pytest.mark.parametrize("times", [9.0, 11.0])
+def test_a_straight_chain_is_told_of_if_bends_grow_tenfold(times):
+    straight = buckling(**{"start.shape": "straight"})
+    end = straight.run.end * np.log(times) / bending_folds(straight)
+    told = warnings(nrchain.load_scene(straight, **{"run.end": float(end)}))
+    assert any("straight to rounding" in text for text in told) == (times > 10.0)
+
+
 def test_a_start_hardly_above_the_tolerance_is_told():
     (told,) = warnings(buckling(**{"start.amplitude": 1e-7}))
     assert "run.atol = 2e-10 settles it" in told

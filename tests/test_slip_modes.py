@@ -84,6 +84,7 @@ def test_flows_have_no_divergence(mode):
         ({"velocity": {5: (1,)}}, "keyed by one of n, e, x"),
         ({"velocity": {("n", "2"): (1,)}}, "keyed by one of n, e, x"),
         ({"velocity": {("n", 2.5): (1,)}}, "keyed by one of n, e, x"),
+        ({"velocity": {("n", 2): (-(10**101), 0, 3 * 10**101)}}, "of at most 1e100"),
         ({"velocity": None}, "must be {"),
         ({"order": "2"}, "order of mode 9z = '2': must be a whole number"),
         ({"polar": None}, "true or false"),

@@ -132,6 +132,12 @@ def test_bonds_of_pullers_that_stretch_by_themselves_tear_in_the_run():
     assert gives_way(scene)
 
 
+def test_links_without_springs_of_bend_turn_over_in_the_bend_that_grows():
+    scene = own_moduli("clamped", stretch=500.0, shear=500.0, twist=2e3, bend=0.0)
+    assert Weak.BEND in {weakness.kind for weakness in judge(scene).weaknesses}
+    assert "turned" in gives_way(scene)
+
+
 def test_soft_springs_of_twist_are_warned_of_where_bends_load_them():
     """Bonds and bends hold, and the links turn over about e₁ at t = 271."""
     scene = own_moduli("clamped", stretch=19.0, shear=15.0, twist=37.0, bend=1100.0)

@@ -23,6 +23,7 @@ from nrchain.scene import load_scene
 
 STRENGTHS = {"2s": 100.0, "3a": 5000.0, "3t": 1000.0, "4a": 10000.0}
 RIGID = {"elasticity.twist": 0.0, "elasticity.bend": 0.0}
+OWN_UNITS = {"chain.radius": 0.5, "chain.spacing": 3.0, "chain.viscosity": 2.0}
 PHASES = np.array([0.02, 0.04, 0.08])
 
 
@@ -40,7 +41,7 @@ def scene(*modes, stiffness=0.0, **changes):
 def test_discrete_equations_are_the_lattice(mode):
     """Appendix C of the paper, term by term, is the linearisation of its pair laws."""
     q = np.linspace(0.01, 0.31, 7)
-    for chain in (scene(mode, stiffness=50.0), scene(mode, **RIGID)):
+    for chain in (scene(mode, stiffness=50.0), scene(mode, **RIGID), scene(mode, **OWN_UNITS)):
         expected = lattice_operator(chain, q)
         operator = discrete_operator(Rod.of(chain), q)
         np.testing.assert_allclose(operator, expected, atol=2e-15 * np.abs(expected).max())
