@@ -230,8 +230,9 @@ def _reduce(chain: StraightChain, soft: Complex, phases: np.ndarray) -> Complex:
     adjoint = root.conj().swapaxes(-1, -2)
     basis = np.zeros((*phases.shape, 6, 6), complex)
     basis[..., 0, Branch.STRETCH] = basis[..., 3, Branch.TWIST] = 1.0
-    stretch = adjoint @ chain.elastic(phases, (1.0, 0.0, 0.0, 0.0)) @ root
-    shear = adjoint @ chain.elastic(phases, (0.0, 1.0, 0.0, 0.0)) @ root
+    stretch, shear = (
+        adjoint @ chain.elastic(phases, tuple(alone)) @ root for alone in np.eye(len(moduli))[:2]
+    )
     stiff = {Branch.STRETCH: moduli.stretch * stretch[..., 0, 0].real}
     for hand, bend, sheared in (
         (1, Branch.BEND_PLUS, Branch.SHEAR_PLUS),

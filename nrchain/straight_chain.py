@@ -198,7 +198,7 @@ class StraightChain:
                     self._refuse_sum()
                 operator[..., 3:] += even[:, 3:] * cosine
 
-    def elastic(self, phases: np.ndarray, moduli: tuple[float, float, float, float]) -> Complex:
+    def elastic(self, phases: np.ndarray, moduli: tuple[float, ...]) -> Complex:
         """K(q) (..., 6, 6): the wrenches (F, T) = K (u, φ) that these moduli give."""
         # terms of no modulus are kept for the sake of kernels that the simulation has compiled
         kept = {*terms_of(self.scene.moduli), *terms_of(moduli)}

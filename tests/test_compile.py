@@ -109,6 +109,24 @@ def test_kernels_of_a_folder_that_others_can_write_to_are_not_loaded(nowhere, tm
     assert f"in {open_to_all}," not in after.stderr
 
 
+def test_a_temporary_folder_is_kept_to_if_it_is_ours_and_not_if_another_made_it(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    folder_of = compiled.temporary_folder.__wrapped__
+    with pytest.warns(RuntimeWarning, match="NUMBA_CACHE_DIR"):
+        folders = [folder_of() for _ in range(2)]
+    assert folders == [tmp_path / f"nrchain-kernels-{os.getuid()}"] * 2
+    another = os.getuid() + 1
+    monkeypatch.setattr("os.getuid", lambda: another)
+    # under the name of that user there is a folder, but it belongs to the real one
+    with pytest.warns(RuntimeWarning, match="NUMBA_CACHE_DIR"):
+        safe = folder_of()
+    assert safe.parent == tmp_path
+    assert safe.name != f"nrchain-kernels-{another}"
+    assert safe.stat().st_mode & 0o077 == 0
+
+
 def test_kernels_are_compiled_where_no_folder_can_be_written_at_all(nowhere):
     # Python looks for a temporary folder in the working directory too, where it can be written
     hide = "import tempfile; tempfile.tempdir = '/dev/null'\n"

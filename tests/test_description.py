@@ -54,6 +54,15 @@ def test_the_disturbance_of_a_flow_is_spoken_of_where_there_is_one():
     assert not {"strain", "finite size of strain"} & dict(told.left_out).keys()
 
 
+def test_a_fluid_at_rest_and_the_near_field_that_no_mobility_has_are_named():
+    told = nrchain.describe(small())
+    assert dict(told.left_out)["flow"] == "the fluid is at rest far away"
+    assert "near field" not in dict(told.left_out)
+    told = nrchain.describe(small(friction="pairwise", flow={"gradient": _TURN}))
+    assert "flow" not in dict(told.left_out)
+    assert dict(told.left_out)["near field"] == "lubrication and reflections, of order (a/r)⁴"
+
+
 _SHEAR = [[0.0, 0.01, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
 _TURN = [[0.0, 0.01, 0.0], [-0.01, 0.0, 0.0], [0.0, 0.0, 0.0]]
 

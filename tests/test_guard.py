@@ -165,6 +165,21 @@ def test_a_swing_that_is_deepest_late_or_early_in_a_step_is_caught(skew):
     assert stop.time == pytest.approx(deepest[np.argmax(shape >= 0.9)], abs=2e-3)
 
 
+@pytest.mark.parametrize("vertex", [0.2, 0.5, 0.8])
+def test_a_sphere_that_swings_past_another_is_caught_wherever_the_swing_is_deepest(vertex):
+    """A parabola, clear of the other at both ends and along the straight line between these."""
+
+    def path(time):
+        swing = 0.95 * CONTACT + 8.0 * (time - vertex) ** 2
+        positions = np.array([[0.0, 0, 0], [0, 0, 300.0], [swing, 2.0 * (time - vertex), 0]])
+        return positions, np.tile(np.eye(3), (3, 1, 1))
+
+    stop = watch(scene_of(**WIDE), path, 0.0, 1.0)
+    assert stop.cause is Cause.TOUCH
+    assert np.linalg.norm(path(stop.time)[0][2]) == pytest.approx(CONTACT)
+    assert stop.time < vertex
+
+
 @pytest.mark.parametrize("steps", [3, 7, 40, 1000])
 def test_spheres_that_come_from_far_in_many_steps_touch_in_time(steps):
     """What was found at an earlier search is used as long as they cannot have met since."""

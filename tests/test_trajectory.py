@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nrchain import trajectory_writer
+from nrchain import h5md, trajectory_writer
 from nrchain.checkpoint import Checkpoint
 from nrchain.effects.registry import acting
 from nrchain.errors import SceneError, TrajectoryError
@@ -589,6 +589,25 @@ def test_every_mark_is_written_between_two_flushes(path, monkeypatch):
     assert all(events[k - 1] == events[k + 1] == "flush" for k in marks)
     ends = [events[k : k + 3] for k, event in enumerate(events) if event == "time"]
     assert ends == [["time", "finished", "flush"]] * 2
+
+
+def test_a_file_takes_little_more_than_its_numbers(path):
+    """Also where snapshots are many and short: they do not each have a chunk of their own."""
+    snapshots, particles = 4000, 2
+    with TrajectoryWriter(path, make_scene(particles), np.linspace(0.0, 8.0, snapshots)):
+        pass
+    numbers = 8 * snapshots * (12 * particles + 3)
+    assert numbers < path.stat().st_size < 1.1 * numbers + 2**17
+
+
+def test_a_snapshot_larger_than_a_chunk_should_be_has_one_of_its_own(path, monkeypatch):
+    monkeypatch.setattr(h5md, "CHUNK_BYTES", 100)
+    with TrajectoryWriter(path, make_scene(9), TIMES) as writer:
+        for index in range(len(TIMES)):
+            write(writer, index)
+        writer.close("completed")
+    found = Trajectory.open(path)
+    assert np.array_equal(found.positions, [poses(9, index)[0] for index in range(len(TIMES))])
 
 
 CHILD = """

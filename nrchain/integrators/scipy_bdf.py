@@ -45,7 +45,6 @@ class _MatrixFree(BDF):
         super().__init__(rates, time, y, np.inf, jac=nothing, **tolerances)
 
         def update(time: float, y: np.ndarray) -> _Shift:
-            self.njev += 1
             jacobian.update(time, y)
             return _Shift()
 

@@ -12,6 +12,7 @@ from nrchain.effects.base import Effect, OneBodyEffect, largest_velocity
 from nrchain.effects.registry import acting, effects, find_effect
 from nrchain.effects.slip import pairs_within
 from nrchain.errors import SceneError, TrajectoryError
+from nrchain.hydrodynamics.friction import PairFriction
 from nrchain.model import Model
 from nrchain.scene_rules import Section, number, vector
 
@@ -113,6 +114,21 @@ def test_it_says_what_it_is_and_can_be_taken_out(effect):
             assert text
             assert "\n" not in text
         assert nrchain.Scene.from_toml(scene.to_toml()) == scene
+
+
+def test_friction_is_as_large_as_the_flow_of_the_largest_wrench_at_a_neighbour():
+    """Far apart the neighbour moves by what Rotne, Prager and Yamakawa give along the line."""
+    a, d, force = 2.5, 500.0, 3.0
+    chain = {"particles": 2, "radius": a, "spacing": d, "viscosity": 0.3, "ends": "free"}
+    pull = {"field.force": [force, 0, 0], "friction": "pairwise", "run.end": 1.0}
+    slack = dict.fromkeys(("stretch", "shear", "twist", "bend"), 0.0)
+    scene = nrchain.load_scene({"chain": chain, "elasticity": slack, **pull})
+    wrenches = np.zeros((2, 6))
+    wrenches[0, 0] = force
+    twists = np.zeros((2, 6))
+    PairFriction(2, 1, a, 0.3).apply(d * np.array([[0.0, 0, 0], [1, 0, 0]]), wrenches, twists)
+    found = find_effect("friction between spheres").scale(scene)
+    assert found == pytest.approx(twists[1, 0], rel=(a / d) ** 2)
 
 
 @each_evaluated

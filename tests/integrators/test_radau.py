@@ -75,6 +75,16 @@ def test_every_step_has_its_chart_and_stays_well_inside():
         assert 0.0 < chain.largest_turn(y) <= TURN_LIMIT
 
 
+@pytest.mark.parametrize("angle", [0.3, 1.2, 2.9])
+def test_a_step_is_measured_against_a_quarter_turn(angle):
+    """y of a rotation by α about n has θ = 2 tan(α/2) n, whatever the other spheres do."""
+    chain, integrator = prepare(tumbling(), "radau", 1e-6)
+    y = np.zeros(chain.dimension)
+    y[3:6] = 0.1
+    y[-3:] = 2.0 * np.tan(0.5 * angle) * np.array([2.0, -3.0, 6.0]) / 7.0
+    assert integrator._room_to_turn(y) == pytest.approx(0.5 * np.pi / angle)
+
+
 def test_the_predictor_and_the_kept_jacobian_save_work():
     """Smooth stretches take two iterations a step, and few Jacobians."""
     path = integrate(small("buckling", 12, 400.0), "radau", 1e-8, [400.0])
