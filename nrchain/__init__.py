@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         rod,
         scene_rules,
         slip_modes,
+        work,
     )
     from nrchain.api import active_wrenches, elastic_energy, elastic_wrenches
     from nrchain.decomposition import Contributions, contribution_sizes, contributions
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
         SceneError,
         SceneWarning,
         TrajectoryError,
+        UnknownNameError,
     )
     from nrchain.lattice import (
         Branch,
@@ -66,6 +68,7 @@ _MODULES = {
     "rod",
     "scene_rules",
     "slip_modes",
+    "work",
 }
 _HOMES = {
     "active_wrenches": "nrchain.api",
@@ -84,6 +87,7 @@ _HOMES = {
     "SceneError": "nrchain.errors",
     "SceneWarning": "nrchain.errors",
     "TrajectoryError": "nrchain.errors",
+    "UnknownNameError": "nrchain.errors",
     "Branch": "nrchain.lattice",
     "lattice_operator": "nrchain.lattice",
     "lattice_rates": "nrchain.lattice",
@@ -122,6 +126,7 @@ __all__ = [
     "SlipMode",
     "Trajectory",
     "TrajectoryError",
+    "UnknownNameError",
     "active_wrenches",
     "auto",
     "check_effect",
@@ -153,6 +158,7 @@ __all__ = [
     "steady_stress",
     "steady_velocity",
     "unregister_effect",
+    "work",
 ]
 
 

@@ -267,8 +267,8 @@ def resume(
 @_reporting()
 def scenes() -> None:
     """List the scenes that ship."""
-    from nrchain.plots import slip_text
     from nrchain.scene import load_scene, scene_names
+    from nrchain.wording import slip_text
 
     table = plain_table("scene", "what it shows", "slip", "ends")
     table.add_column("N", justify="right")

@@ -21,7 +21,7 @@ from nrchain.scene_changes import all_pairs, all_sizes, reach_keys
 from nrchain.start import starting_poses
 from nrchain.timing import PILOT, SNAPSHOTS, Measured, foretell, measure_all, simulate_quietly
 from nrchain.trajectory import Trajectory
-from nrchain.wording import digits, span
+from nrchain.wording import brief, digits, span
 from nrchain.work import CARRIED, DEFINITION, FEWEST_STEPS, RunCost, carried
 
 Axis = Literal["stepping", "reach", "model"]
@@ -67,6 +67,8 @@ class Point:
     changes: Changes
     measured: Measured
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True)
 class Advice:
@@ -84,6 +86,8 @@ class Advice:
     error: float
     seconds: tuple[float, float] | None
     sure: list[str]
+
+    __repr__ = brief
 
     def lines(self) -> list[str]:
         """The advice in words: error, cost, and how sure both are."""
@@ -115,6 +119,8 @@ class WorkPrecision:
     reference: str
     reference_error: float
     skipped: list[str] = field(default_factory=list)
+
+    __repr__ = brief
 
     @property
     def part(self) -> float:

@@ -20,9 +20,11 @@ from nrchain.arguments import a_scene, finite_array, rotations
 from nrchain.effects.base import Effect
 from nrchain.effects.friction import FrictionBetweenSpheres
 from nrchain.model import Model
+from nrchain.named import Named, unknown_name
 from nrchain.scene import Scene
 from nrchain.trajectory import Trajectory
 from nrchain.unwrapping import unwrapped_chain
+from nrchain.wording import brief
 
 SUPPORT = "support"
 
@@ -33,6 +35,8 @@ class Contribution:
 
     wrench: np.ndarray
     twist: np.ndarray
+
+    __repr__ = brief
 
     def size(self, radius: float) -> float:
         """√⟨|v|² + a²|ω|²⟩ of its twist, over the spheres."""
@@ -51,7 +55,12 @@ class Contributions(Mapping[str, Contribution]):
     total: Contribution
 
     def __getitem__(self, name: str) -> Contribution:
+        if name not in self.effects:
+            raise unknown_name(name, self.effects)
         return self.effects[name]
+
+    def __repr__(self) -> str:
+        return f"<Contributions to {len(self.total.twist)} spheres: {', '.join(self.effects)}>"
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.effects)
@@ -102,7 +111,8 @@ class Decomposition:
             found = self.at(positions, frames)
             row = {name: part.size(self._radius) for name, part in found.items()}
             rows.append(row | {"total": found.total.size(self._radius)})
-        return {name: np.array([row[name] for row in rows]) for name in (rows[0] if rows else ())}
+        names = rows[0] if rows else ()
+        return Named({name: np.array([row[name] for row in rows]) for name in names})
 
 
 def contributions(scene: Scene, positions: Any, frames: Any) -> Contributions:

@@ -51,6 +51,14 @@ class SceneWarning(UserWarning):
     """A scene that is simulated as it is, and may not show what it was made for."""
 
 
+class UnknownNameError(NrchainError, KeyError):
+    """A name by which nothing is found, such as that of an effect; says which names there are."""
+
+    def __str__(self) -> str:
+        # a KeyError would quote the sentence
+        return Exception.__str__(self)
+
+
 class BackendError(NrchainError, RuntimeError):
     """A pair-law backend that is missing, of an unknown release, or fails its self-check."""
 

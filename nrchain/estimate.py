@@ -32,6 +32,7 @@ from nrchain.paired import PairedRun, apart
 from nrchain.scene import Scene
 from nrchain.scene_changes import Change, changes_of
 from nrchain.start import starting_poses
+from nrchain.wording import brief
 
 PROBE_TOLERANCE, RESOLUTION = 3e-6, 1e-4
 """Of the steps of a probe, and the least difference, in radii and radians, that it tells from none:
@@ -81,6 +82,8 @@ class Estimate:
     ends: bool
     stops: str
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True)
 class Estimates:
@@ -96,6 +99,8 @@ class Estimates:
     estimates: list[Estimate]
     work: float
     probed: float
+
+    __repr__ = brief
 
 
 def estimate_effects(

@@ -20,6 +20,7 @@ import numpy as np
 from nrchain.measured_chain import NOISE, Array, links_of, positions_of, real_number
 from nrchain.scene import Scene
 from nrchain.trajectory import Trajectory
+from nrchain.wording import brief
 
 FEWEST = 4
 """Spheres of an open chain that are not always in one plane."""
@@ -51,6 +52,8 @@ class Handedness:
     hand: Array
     size: Array
     error: Array
+
+    __repr__ = brief
 
 
 def handedness(trajectory: Trajectory, *, noise: float | None = None) -> Handedness:

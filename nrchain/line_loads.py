@@ -32,6 +32,7 @@ from nrchain.errors import SceneError
 from nrchain.hydrodynamics.friction import PairFriction
 from nrchain.model import Model
 from nrchain.scene import Scene, load_scene
+from nrchain.wording import brief
 
 ACROSS = 1e-10
 """Velocities across a chain below this part of the largest that add up to them are rounding."""
@@ -65,6 +66,8 @@ class LineLoads:
     moment: np.ndarray
     velocity: np.ndarray
     spin: float
+
+    __repr__ = brief
 
 
 def line_loads(scene: Scene) -> LineLoads:

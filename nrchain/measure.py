@@ -38,7 +38,7 @@ from nrchain.measured_chain import (
 )
 from nrchain.trajectory import Trajectory
 from nrchain.unwrapping import has_images, is_wrapped
-from nrchain.wording import span
+from nrchain.wording import brief, span
 
 Kind = Literal["right", "left", "y", "z", "x"]
 Quantity = Literal["displacement", "tilt", "shear"]
@@ -112,6 +112,8 @@ class Wave:
     projected: bool = False
     noise: Array | float = 0.0
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, slots=True)
 class Rate:
@@ -126,6 +128,12 @@ class Rate:
     start: float
     misfit: float = 0.0
     end: float = math.inf
+
+    def __repr__(self) -> str:
+        return (
+            f"<Rate Λ = ({self.growth}) + i ({self.frequency}) at q = {self.wavenumber:.6g}, "
+            f"t = {self.start:g} to {self.end:g}, misfit {self.misfit:.2g}>"
+        )
 
     @property
     def value(self) -> complex:
@@ -155,6 +163,8 @@ class ShapeFit:
     rate: Rate
     amplitude: complex
     misfit: float
+
+    __repr__ = brief
 
 
 def wave(

@@ -26,7 +26,7 @@ from nrchain.seed import seed_of
 from nrchain.soundness import LARGEST_STRAIN, LARGEST_TURN, Judgement, bond_loads
 from nrchain.start import starting_poses
 from nrchain.straight_growth import REACH, StraightGrowth
-from nrchain.wording import span
+from nrchain.wording import brief, span
 
 _BENDING = [Branch.BEND_PLUS, Branch.BEND_MINUS]
 
@@ -48,6 +48,8 @@ class Plan:
 
     lines: list[Line]
     warnings: list[str]
+
+    __repr__ = brief
 
 
 def plan(scene: Scene) -> Plan:

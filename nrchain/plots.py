@@ -30,9 +30,8 @@ from nrchain.drawing import (
     write_title,
 )
 from nrchain.errors import SceneError, TrajectoryError
-from nrchain.scene import Scene
 from nrchain.trajectory import Trajectory
-from nrchain.wording import span
+from nrchain.wording import slip_text
 
 VIEWS = ("planes", "3d")
 
@@ -49,16 +48,6 @@ AXES = ("x", "y", "z")
 
 Box = tuple[float, float, float, float]
 """Left, bottom, width and height of a part of a figure, in inches."""
-
-
-def slip_text(scene: Scene) -> str:
-    """The modes of a scene and their strengths, such as ``"2s +100, 3a −5000"``."""
-    words = []
-    for label, slip in scene.slip.modes.items():
-        strengths = np.atleast_1d(slip.strength)
-        ends = span(f"{strengths.min():+g}", f"{strengths.max():+g}")
-        words.append(f"{label} {ends}".replace("-", "−"))
-    return ", ".join(words) or "passive"
 
 
 def draw_chain(

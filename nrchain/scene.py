@@ -23,7 +23,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from nrchain import slip_modes
-from nrchain.errors import SceneError
+from nrchain.errors import SceneError, shorten
 from nrchain.given_array import refuse_rows
 from nrchain.scene_file import (
     change,
@@ -38,6 +38,7 @@ from nrchain.scene_rules import (
     SURE,
     Section,
     choice,
+    did_you_mean,
     line,
     nearest,
     number,
@@ -59,6 +60,7 @@ from nrchain.scene_sections import (
     read_friction,
     register_first,
 )
+from nrchain.wording import slip_text
 
 __all__ = [
     "DEFAULT_RATIO",
@@ -196,8 +198,24 @@ class Scene(Section):
         if not name.startswith("_") and name not in type(self).rules():
             kind = section_kind(name)
         if kind is None:
-            raise AttributeError(f"a scene has no {name!r}")
+            hint = "" if name.startswith("_") else did_you_mean(name, dir(self))
+            raise AttributeError(f"a scene has no {name!r}{hint}")
         return self.further.get(name) or default_section(kind)
+
+    def __dir__(self) -> list[str]:
+        from nrchain.effects.registry import section_kinds
+
+        return sorted({*object.__dir__(self), *section_kinds()})
+
+    def __repr__(self) -> str:
+        """What a run of it simulates, in one line; all of it is in :meth:`to_toml`."""
+        chain = self.chain
+        size = f"{chain.particles} spheres, d = {chain.spacing:g}, a = {chain.radius:g}"
+        acting = ", ".join((slip_text(self), *self.further))
+        return (
+            f"<Scene {shorten(self.title)}: {size}, {chain.ends} ends, {acting}, "
+            f"to t = {self.run.end:g}>"
+        )
 
     def check(self) -> None:
         self._check_choice()

@@ -17,6 +17,7 @@ from nrchain.effects.slip import active_modes
 from nrchain.effects.strain import Strain
 from nrchain.errors import SceneError
 from nrchain.scene import CHOSEN, Scene, load_scene
+from nrchain.wording import brief
 
 Kind = Literal["drop", "add"]
 
@@ -31,6 +32,8 @@ class Change:
     effect: str
     kind: Kind
     scene: Scene
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True)

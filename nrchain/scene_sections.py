@@ -13,6 +13,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, cast
 from nrchain import slip_modes
 from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.given_array import GivenArray, array_of
+from nrchain.named import unknown_name
 from nrchain.scene_rules import (
     SURE,
     Section,
@@ -75,6 +76,8 @@ class _FixedTable(Mapping[str, _Entry]):
         self._entries = dict(entries or {})
 
     def __getitem__(self, name: str) -> _Entry:
+        if name not in self._entries:
+            raise unknown_name(name, self._entries)
         return self._entries[name]
 
     def __iter__(self) -> Iterator[str]:

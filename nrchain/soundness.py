@@ -28,6 +28,7 @@ from nrchain.outcome import Cause
 from nrchain.scene import Scene, load_scene
 from nrchain.straight_growth import StraightGrowth, straight_growth
 from nrchain.straight_state import StraightState, straight_state
+from nrchain.wording import brief
 
 LARGEST_STRAIN = 0.3
 """T/λ∥d or T/λ⊥d beyond which a scene is called out of the beam limit."""
@@ -109,6 +110,8 @@ class Judgement:
     growth: StraightGrowth | None
     bends: bool
     weaknesses: tuple[Weakness, ...]
+
+    __repr__ = brief
 
     @property
     def sound(self) -> bool:

@@ -12,6 +12,7 @@ import numpy as np
 from nrchain.checkpoint import Checkpoint, latest_checkpoint
 from nrchain.choice import Choice
 from nrchain.h5md_file import locate, open_file
+from nrchain.named import Named
 from nrchain.outcome import Cause
 from nrchain.scene import Scene
 from nrchain.stored import require, understanding
@@ -60,6 +61,7 @@ class Trajectory:
     choice: Choice | None = None
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "counters", Named(self.counters))
         snapshots, particles = len(self.time), self.scene.chain.particles
         require(self.time, (snapshots,), "times")
         require(self.positions, (snapshots, particles, 3), "positions")

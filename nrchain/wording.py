@@ -2,6 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from nrchain.scene import Scene
+
+WIDEST = 60
+"""Letters that :func:`brief` gives to one value."""
+
 
 def span(*shown: str, sign: str = " to ") -> str:
     """``least sign most`` of numbers as they are shown, each once: one number where all look alike.
@@ -19,3 +30,42 @@ def digits(number: float) -> str:
     ('0.037', '496', '1.5e+07')
     """
     return f"{number:.0f}" if 100.0 <= number < 1e6 else f"{number:.2g}"
+
+
+def slip_text(scene: Scene) -> str:
+    """The modes of a scene and their strengths, such as ``"2s +100, 3a −5000"``."""
+    words = []
+    for label, slip in scene.slip.modes.items():
+        strengths = np.atleast_1d(slip.strength)
+        ends = span(f"{strengths.min():+g}", f"{strengths.max():+g}")
+        words.append(f"{label} {ends}".replace("-", "−"))
+    return ", ".join(words) or "passive"
+
+
+def brief(record: Any) -> str:
+    """The ``repr`` of a dataclass in a line: arrays by their shape, lists by their length.
+
+    >>> from dataclasses import dataclass
+    >>> @dataclass
+    ... class Measured:
+    ...     time: np.ndarray
+    ...     rate: float
+    ...     __repr__ = brief
+    >>> Measured(np.zeros(5), 1 / 3)
+    Measured(time=array (5,), rate=0.333333)
+    """
+    shown = (f"{f.name}={_brief(getattr(record, f.name))}" for f in fields(record) if f.repr)
+    return f"{type(record).__name__}({', '.join(shown)})"
+
+
+def _brief(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        return f"array {value.shape}"
+    if isinstance(value, float | complex):
+        return f"{value:.6g}"
+    text = repr(value)
+    if len(text) <= WIDEST:
+        return text
+    if isinstance(value, list | tuple | dict):
+        return f"{type(value).__name__} of {len(value)}"
+    return f"{text[: WIDEST - 1]}…"

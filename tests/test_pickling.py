@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import importlib
+import math
 import multiprocessing
 import pickle
 import pkgutil
@@ -20,7 +21,7 @@ import numpy as np
 import pytest
 
 import nrchain
-from nrchain import cost, errors, estimate, measure, outcome, plan, regime, rod, slip_modes
+from nrchain import cost, errors, estimate, measure, outcome, plan, regime, rod, slip_modes, work
 from nrchain.effects.registry import effects
 from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.scene_sections import StartSpec
@@ -94,6 +95,7 @@ SPECIMENS = {
     "nrchain.SlipMode": lambda: slip_modes.find("2s"),
     "nrchain.Trajectory": trajectory,
     "nrchain.TrajectoryError": lambda: nrchain.TrajectoryError("runs/a: is missing"),
+    "nrchain.UnknownNameError": lambda: nrchain.UnknownNameError("'a' is not known"),
     "nrchain.cost.Advice": lambda: work_precision().advise(1e-2),
     "nrchain.cost.Point": lambda: work_precision().points[0],
     "nrchain.cost.WorkPrecision": work_precision,
@@ -109,6 +111,9 @@ SPECIMENS = {
     "nrchain.plan.Plan": lambda: plan.plan(scene()),
     "nrchain.regime.Judgement": lambda: regime.judged(nrchain.load_scene("buckling")),
     "nrchain.rod.Modulus": lambda: rod.TABLE[0],
+    "nrchain.work.RunCost": lambda: work.cost_of(trajectory()),
+    "nrchain.work.Stopwatch": work.Stopwatch,
+    "nrchain.work.Work": lambda: work_precision().points[0].measured.work,
 }
 """One of each public class, by the shortest name it has."""
 
@@ -154,7 +159,11 @@ def alike(first: object, second: object) -> bool:
         return len(first) == len(second) and all(map(alike, first, second))
     if isinstance(first, nrchain.Effect):
         return alike(first.scene, second.scene)
-    return first == second or first is second
+    if type(first).__eq__ is object.__eq__ and hasattr(first, "__dict__"):
+        return first is second or alike(vars(first), vars(second))
+    if isinstance(first, float) and math.isnan(first):
+        return math.isnan(second)
+    return first == second
 
 
 def copies(thing: object) -> dict[str, object]:

@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
 from nrchain.errors import SceneError, TrajectoryError
-from nrchain.plots import DISCERNIBLE, SLENDER, draw_chain, slip_text
+from nrchain.plots import DISCERNIBLE, SLENDER, draw_chain
 from nrchain.scene import load_scene
 from nrchain.trajectory import Trajectory
+from nrchain.wording import slip_text
 
 
 def trajectory_of(positions, status="completed", **changes):
@@ -234,6 +235,7 @@ from nrchain.plots import draw_chain
 assert "matplotlib" not in sys.modules
 from nrchain.scene import load_scene
 from nrchain.trajectory import Trajectory
+from nrchain.wording import slip_text
 scene = load_scene({"chain.particles": 3, "run.end": 1.0})
 trajectory = Trajectory(np.zeros(1), np.zeros((1, 3, 3)), np.zeros((1, 3, 3, 3)), scene)
 with tempfile.TemporaryDirectory() as directory:

@@ -7,9 +7,8 @@ import pytest
 
 import nrchain
 from nrchain.effects.slip import effect_of
-from nrchain.plots import slip_text
 from nrchain.slip_modes import find
-from nrchain.wording import span
+from nrchain.wording import slip_text, span
 
 
 def test_a_range_whose_ends_look_alike_is_one_number():

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import nrchain.effects
 from nrchain.effects.base import Effect, OneBodyEffect
 from nrchain.errors import SceneError
-from nrchain.scene_rules import Section
+from nrchain.scene_rules import Section, did_you_mean
 
 if TYPE_CHECKING:
     from nrchain.scene import Scene
@@ -162,8 +162,9 @@ def find_effect(name: str) -> type[Effect]:
     for cls in effects():
         if cls.name == name:
             return cls
+    names = [cls.name for cls in effects()]
     raise SceneError(
-        "effect", name, f"is not known; there are {', '.join(e.name for e in effects())}"
+        "effect", name, f"is not known; there are {', '.join(names)}{did_you_mean(name, names)}"
     )
 
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
+from nrchain.named import Named
 from nrchain.rod.parameters import Rod
 
 Term = tuple[str, int, int, str]
@@ -95,4 +96,4 @@ TABLE = (
 
 def moduli(rod: Rod, *, printed: bool = False) -> dict[str, float]:
     """Every modulus of :data:`TABLE` by its symbol; those of absent modes are 0."""
-    return {row.symbol: row.value(rod, printed=printed) for row in TABLE}
+    return Named({row.symbol: row.value(rod, printed=printed) for row in TABLE})
