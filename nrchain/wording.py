@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 if TYPE_CHECKING:
     from nrchain.scene import Scene
 
@@ -36,8 +34,9 @@ def slip_text(scene: Scene) -> str:
     """The modes of a scene and their strengths, such as ``"2s +100, 3a −5000"``."""
     words = []
     for label, slip in scene.slip.modes.items():
-        strengths = np.atleast_1d(slip.strength)
-        ends = span(f"{strengths.min():+g}", f"{strengths.max():+g}")
+        given = slip.strength
+        strengths = given if isinstance(given, tuple) else (given,)
+        ends = span(f"{min(strengths):+g}", f"{max(strengths):+g}")
         words.append(f"{label} {ends}".replace("-", "−"))
     return ", ".join(words) or "passive"
 
@@ -59,10 +58,11 @@ def brief(record: Any) -> str:
 
 
 def _brief(value: Any) -> str:
-    if isinstance(value, np.ndarray):
-        return f"array {value.shape}"
     if isinstance(value, float | complex):
         return f"{value:.6g}"
+    if hasattr(value, "dtype"):
+        # an array, known without NumPy, which scenes are shown before
+        return f"array {value.shape}"
     text = repr(value)
     if len(text) <= WIDEST:
         return text

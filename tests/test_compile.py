@@ -137,8 +137,9 @@ def test_kernels_are_compiled_where_no_folder_can_be_written_at_all(nowhere):
 
 
 def test_every_command_runs_there_and_says_so_in_one_line(nowhere):
-    done = nowhere("-m", "nrchain", "scenes")
-    assert "buckling" in done.stdout
+    assert "buckling" in nowhere("-m", "nrchain", "scenes").stdout
+    done = nowhere("-m", "nrchain", "effects")
+    assert "stretch" in done.stdout
     (line,) = done.stderr.splitlines()
     assert line.startswith("nrchain: warning: ")
     assert "NUMBA_CACHE_DIR" in line
