@@ -6,29 +6,15 @@ import importlib
 import sys
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+from nrchain.scene import extensions
+from nrchain.version import __version__ as __version__
 
 if TYPE_CHECKING:
-    from nrchain import (
-        auto,
-        cost,
-        effect_plots,
-        estimate,
-        lattice,
-        measure,
-        plan,
-        plots,
-        regime,
-        rod,
-        scene_rules,
-        slip_modes,
-        work,
-    )
-    from nrchain.api import active_wrenches, elastic_energy, elastic_wrenches
-    from nrchain.decomposition import Contributions, contribution_sizes, contributions
-    from nrchain.description import describe
-    from nrchain.effect_check import check_effect
+    from nrchain.accuracy import cost
+    from nrchain.analysis import measure
+    from nrchain.analysis.decomposition import Contributions, contribution_sizes, contributions
     from nrchain.effects.base import Effect, OneBodyEffect
+    from nrchain.effects.check import check_effect
     from nrchain.effects.registry import register_effect, unregister_effect
     from nrchain.errors import (
         BackendError,
@@ -38,7 +24,20 @@ if TYPE_CHECKING:
         TrajectoryError,
         UnknownNameError,
     )
-    from nrchain.lattice import (
+    from nrchain.hydrodynamics import slip_modes
+    from nrchain.hydrodynamics.slip import Slip
+    from nrchain.hydrodynamics.slip_modes import SlipMode, register
+    from nrchain.inputs import rules
+    from nrchain.inputs.rules import Section
+    from nrchain.motion.wrenches import active_wrenches, elastic_energy, elastic_wrenches
+    from nrchain.outcome import Cause
+    from nrchain.planning import auto, estimate, plan, regime
+    from nrchain.planning.description import describe
+    from nrchain.run import work
+    from nrchain.run.simulate import resume, simulate
+    from nrchain.scene.scene import Scene, load_scene, scene_names
+    from nrchain.theory import lattice, rod
+    from nrchain.theory.lattice import (
         Branch,
         lattice_operator,
         lattice_rates,
@@ -46,38 +45,34 @@ if TYPE_CHECKING:
         steady_stress,
         steady_velocity,
     )
-    from nrchain.outcome import Cause
-    from nrchain.rod import Rod
-    from nrchain.run import resume, simulate
-    from nrchain.scene import Scene, Slip, load_scene, scene_names
-    from nrchain.scene_rules import Section
-    from nrchain.slip_modes import SlipMode, register
-    from nrchain.trajectory import Trajectory
+    from nrchain.theory.rod import Rod
+    from nrchain.trajectory.trajectory import Trajectory
+    from nrchain.view import effect_plots, plots
 
 # Public modules and names are imported when they are first used: `import nrchain` stays light.
 _MODULES = {
-    "auto",
-    "cost",
-    "effect_plots",
-    "estimate",
-    "lattice",
-    "measure",
-    "plan",
-    "plots",
-    "regime",
-    "rod",
-    "scene_rules",
-    "slip_modes",
-    "work",
+    "auto": "nrchain.planning.auto",
+    "cost": "nrchain.accuracy.cost",
+    "effect_plots": "nrchain.view.effect_plots",
+    "estimate": "nrchain.planning.estimate",
+    "lattice": "nrchain.theory.lattice",
+    "measure": "nrchain.analysis.measure",
+    "plan": "nrchain.planning.plan",
+    "plots": "nrchain.view.plots",
+    "regime": "nrchain.planning.regime",
+    "rod": "nrchain.theory.rod",
+    "rules": "nrchain.inputs.rules",
+    "slip_modes": "nrchain.hydrodynamics.slip_modes",
+    "work": "nrchain.run.work",
 }
 _HOMES = {
-    "active_wrenches": "nrchain.api",
-    "elastic_energy": "nrchain.api",
-    "elastic_wrenches": "nrchain.api",
-    "Contributions": "nrchain.decomposition",
-    "contribution_sizes": "nrchain.decomposition",
-    "contributions": "nrchain.decomposition",
-    "check_effect": "nrchain.effect_check",
+    "active_wrenches": "nrchain.motion.wrenches",
+    "elastic_energy": "nrchain.motion.wrenches",
+    "elastic_wrenches": "nrchain.motion.wrenches",
+    "Contributions": "nrchain.analysis.decomposition",
+    "contribution_sizes": "nrchain.analysis.decomposition",
+    "contributions": "nrchain.analysis.decomposition",
+    "check_effect": "nrchain.effects.check",
     "Effect": "nrchain.effects.base",
     "OneBodyEffect": "nrchain.effects.base",
     "register_effect": "nrchain.effects.registry",
@@ -88,25 +83,25 @@ _HOMES = {
     "SceneWarning": "nrchain.errors",
     "TrajectoryError": "nrchain.errors",
     "UnknownNameError": "nrchain.errors",
-    "Branch": "nrchain.lattice",
-    "lattice_operator": "nrchain.lattice",
-    "lattice_rates": "nrchain.lattice",
-    "steady_rotation": "nrchain.lattice",
-    "steady_stress": "nrchain.lattice",
-    "steady_velocity": "nrchain.lattice",
+    "Branch": "nrchain.theory.lattice",
+    "lattice_operator": "nrchain.theory.lattice",
+    "lattice_rates": "nrchain.theory.lattice",
+    "steady_rotation": "nrchain.theory.lattice",
+    "steady_stress": "nrchain.theory.lattice",
+    "steady_velocity": "nrchain.theory.lattice",
     "Cause": "nrchain.outcome",
-    "Rod": "nrchain.rod",
-    "describe": "nrchain.description",
-    "resume": "nrchain.run",
-    "simulate": "nrchain.run",
-    "Scene": "nrchain.scene",
-    "Slip": "nrchain.scene",
-    "load_scene": "nrchain.scene",
-    "scene_names": "nrchain.scene",
-    "Section": "nrchain.scene_rules",
-    "SlipMode": "nrchain.slip_modes",
-    "register": "nrchain.slip_modes",
-    "Trajectory": "nrchain.trajectory",
+    "Rod": "nrchain.theory.rod",
+    "describe": "nrchain.planning.description",
+    "resume": "nrchain.run.simulate",
+    "simulate": "nrchain.run.simulate",
+    "Scene": "nrchain.scene.scene",
+    "Slip": "nrchain.hydrodynamics.slip",
+    "load_scene": "nrchain.scene.scene",
+    "scene_names": "nrchain.scene.scene",
+    "Section": "nrchain.inputs.rules",
+    "SlipMode": "nrchain.hydrodynamics.slip_modes",
+    "register": "nrchain.hydrodynamics.slip_modes",
+    "Trajectory": "nrchain.trajectory.trajectory",
 }
 
 __all__ = [
@@ -150,8 +145,8 @@ __all__ = [
     "register_effect",
     "resume",
     "rod",
+    "rules",
     "scene_names",
-    "scene_rules",
     "simulate",
     "slip_modes",
     "steady_rotation",
@@ -164,7 +159,7 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name in _MODULES:
-        return importlib.import_module(f"nrchain.{name}")
+        return importlib.import_module(_MODULES[name])
     if name not in _HOMES:
         # with name and obj Python adds which name of dir() is nearest
         told = f"module 'nrchain' has no attribute {name!r}"
@@ -172,6 +167,10 @@ def __getattr__(name: str) -> Any:
     value = getattr(importlib.import_module(_HOMES[name]), name)
     globals()[name] = value
     return value
+
+
+# where scenes learn of effects, and not the reverse
+extensions.provide(lambda: importlib.import_module("nrchain.effects.registry"))
 
 
 def __dir__() -> list[str]:

@@ -6,7 +6,7 @@ import os
 import warnings
 from typing import Any
 
-from nrchain.interruption import INTERRUPTED, leave_on_signals
+from nrchain.run.interruption import INTERRUPTED, leave_on_signals
 
 
 def main() -> None:
@@ -21,7 +21,7 @@ def main() -> None:
     warnings.showwarning = _in_one_line
     # pictures go to files; a notebook names a backend here that need not be installed
     os.environ.pop("MPLBACKEND", None)
-    from nrchain.cli import main as command_line
+    from nrchain.cli.commands import main as command_line
 
     try:
         command_line()
@@ -34,7 +34,7 @@ def main() -> None:
 
 def _in_one_line(message: Warning | str, *where: Any, **further: Any) -> None:
     """Show a warning as the program shows what it has to say, without the line of code."""
-    from nrchain.terminal import complain
+    from nrchain.cli.terminal import complain
 
     complain(f"warning: {message}")
 

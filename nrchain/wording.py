@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from nrchain.scene import Scene
+from typing import Any
 
 WIDEST = 60
 """Letters that :func:`brief` gives to one value."""
@@ -28,17 +25,6 @@ def digits(number: float) -> str:
     ('0.037', '496', '1.5e+07')
     """
     return f"{number:.0f}" if 100.0 <= number < 1e6 else f"{number:.2g}"
-
-
-def slip_text(scene: Scene) -> str:
-    """The modes of a scene and their strengths, such as ``"2s +100, 3a −5000"``."""
-    words = []
-    for label, slip in scene.slip.modes.items():
-        given = slip.strength
-        strengths = given if isinstance(given, tuple) else (given,)
-        ends = span(f"{min(strengths):+g}", f"{max(strengths):+g}")
-        words.append(f"{label} {ends}".replace("-", "−"))
-    return ", ".join(words) or "passive"
 
 
 def brief(record: Any) -> str:

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from poses import pose_derivative, random_chain
+from support.poses import pose_derivative, random_chain
 
 import nrchain
-from nrchain.model import Model
+from nrchain.motion.model import Model
 from nrchain.outcome import Cause
 
 CHANGES = {"chain.particles": 5, "chain.ends": "free", "run.end": 10.0}

@@ -7,8 +7,9 @@ import pytest
 
 import nrchain
 from nrchain.effects.slip import effect_of
-from nrchain.slip_modes import find
-from nrchain.wording import slip_text, span
+from nrchain.hydrodynamics.slip_modes import find
+from nrchain.scene.scene import slip_text
+from nrchain.wording import span
 
 
 def test_a_range_whose_ends_look_alike_is_one_number():

@@ -14,10 +14,10 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from validation.studies import STUDIES, Outcome, run_study
+from validation.report.studies import STUDIES, Outcome, run_study
 
 if TYPE_CHECKING:
-    from validation.recorder import Check
+    from validation.report.recorder import Check
 
 FAILED, REFUSED = 1, 2
 WIDE, NARROW = 62, 13
@@ -50,7 +50,7 @@ class _Display:
         self._print(f"  {name:<{WIDE}}{''.join(heads)}", style="dim")
 
     def checked(self, check: Check) -> None:
-        from validation.page import number
+        from validation.report.page import number
 
         name = check.name if len(check.name) < WIDE else check.name[: WIDE - 2] + "…"
         values = (_entry(check.predicted), _entry(check.measured))
@@ -87,7 +87,7 @@ def main(
     ] = False,
 ) -> None:
     """Hold nrchain against derivations, the paper and PyStokes, and write a report."""
-    from validation.report import PAGE, Report, ReportError
+    from validation.report.build import PAGE, Report, ReportError
 
     console = Console(markup=False, emoji=False, highlight=False)
     if show:
@@ -95,7 +95,7 @@ def main(
             console.print(f"{name:<16}{study.title}", soft_wrap=True)
         return
     if readme:
-        from validation.readme import update
+        from validation.report.readme import update
 
         try:
             update(Path(__file__).parents[1] / "README.md", output)

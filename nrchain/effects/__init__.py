@@ -1,0 +1,1 @@
+"""One file an effect, and the registry that gives scenes their sections."""

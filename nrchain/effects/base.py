@@ -10,15 +10,15 @@ decompositions and tests.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
 from nrchain.errors import SceneError
-
-if TYPE_CHECKING:
-    from nrchain.scene import Scene
-    from nrchain.scene_rules import Section
+from nrchain.inputs.rules import Section
+from nrchain.scene.extensions import default_section
+from nrchain.scene.poses import initial_poses
+from nrchain.scene.scene import Scene, load_scene
 
 
 class Cost(NamedTuple):
@@ -116,8 +116,6 @@ class Effect:
     @classmethod
     def without(cls, scene: Scene) -> Scene:
         """The scene with this effect taken out, and nothing else changed."""
-        from nrchain.scene import load_scene
-
         assert cls.Section is not None
         return load_scene(scene, **{cls.Section.path: None})
 
@@ -151,8 +149,6 @@ class Effect:
     @classmethod
     def scale(cls, scene: Scene) -> float:
         """The size of its velocities, max (|v|, a|ω|); unless better known, that at the start."""
-        from nrchain.chain import initial_poses
-
         out = np.zeros((scene.chain.particles, 6))
         effect, poses = cls(scene), initial_poses(scene)
         if cls.gives == "wrench":
@@ -204,16 +200,6 @@ class Effect:
 
     energy: Any = None
     """``energy(positions, frames)`` is V of an effect with F = −∂V/∂r and T = −∂V/∂φ, if any."""
-
-
-_DEFAULTS: dict[type[Section], Section] = {}
-
-
-def default_section(kind: type[Section]) -> Section:
-    """The section of a scene that names none of its keys, made once."""
-    if kind not in _DEFAULTS:
-        _DEFAULTS[kind] = kind()
-    return _DEFAULTS[kind]
 
 
 class OneBodyEffect(Effect):

@@ -1,61 +1,13 @@
 """V = Σ_links (μ⊥/2)[(e₁·e₂′)² + (e₃·e₁′)²]: links resist bending; primed frames are the next's.
 
-The printed form is transversely isotropic to linear order only: on a chain that spins it leaves a
-torque about e₁ that wobbles, of order μβ², β the bend of a link. The ``isotropic`` measure has the
-same linear response without it,
-
-    V = Σ_links μ⊥(1 − e₁·e₁′).
-
-Source: paper, Appendix B.
+The kernels are in :mod:`nrchain.potential.bend`.
 """
 
 from __future__ import annotations
 
-from nrchain._compile import kernel
 from nrchain.effects.elasticity import ElasticTerm
-from nrchain.effects.link import (
-    add_cross,
-    add_product_blocks,
-    add_product_moment,
-    add_turned_cross,
-    dot,
-    product_energy,
-)
 from nrchain.effects.registry import register_effect
-from nrchain.scene import Scene, load_scene
-
-
-@kernel
-def energy(e, f):
-    """V/μ⊥ of a link between frames e and f."""
-    return product_energy(e[0], f[1]) + product_energy(e[2], f[0])
-
-
-@kernel
-def add_moment(e, f, modulus, moment):
-    add_product_moment(e[0], f[1], modulus, moment)
-    add_product_moment(e[2], f[0], modulus, moment)
-
-
-@kernel
-def add_blocks(e, f, modulus, axis, own, other):
-    add_product_blocks(e[0], f[1], modulus, axis, own, other)
-    add_product_blocks(e[2], f[0], modulus, axis, own, other)
-
-
-@kernel
-def isotropic_energy(e, f):
-    return 1.0 - dot(e[0], f[0])
-
-
-@kernel
-def add_isotropic_moment(e, f, modulus, moment):
-    add_cross(e[0], f[0], modulus, moment)
-
-
-@kernel
-def add_isotropic_blocks(e, f, modulus, axis, own, other):
-    add_turned_cross(e[0], f[0], modulus, own, other)
+from nrchain.scene.scene import Scene, load_scene
 
 
 @register_effect

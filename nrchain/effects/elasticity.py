@@ -2,14 +2,32 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from nrchain.effects.base import Cost, Effect
+from nrchain.potential.chain import REACH, Elasticity, terms_of
+from nrchain.potential.link import add_block_product
+from nrchain.scene.scene import Scene
 
-if TYPE_CHECKING:
-    from nrchain.scene import Scene
+
+def elasticity_of(
+    scene: Scene, moduli: Sequence[float] | None = None, terms: tuple[str, ...] | None = None
+) -> Elasticity:
+    """The elastic energy of a scene, or with other moduli.
+
+    ``terms`` are those that the kernels hold; unless given, those whose modulus is not zero.
+    """
+    chosen = tuple(scene.moduli if moduli is None else moduli)
+    return Elasticity(
+        scene.chain.spacing,
+        scene.length if scene.chain.ends == "periodic" else 0.0,
+        chosen,
+        scene.elasticity.measure == "isotropic",
+        terms_of(chosen) if terms is None else terms,
+    )
 
 
 class ElasticTerm(Effect):
@@ -23,12 +41,10 @@ class ElasticTerm(Effect):
     placed = False
 
     def __init__(self, scene: Scene) -> None:
-        from nrchain.effects.cosserat import REACH, Elasticity, terms_of
-
         super().__init__(scene)
         terms = terms_of(scene.moduli)
         own = [m if n == self.name else 0.0 for n, m in scene.moduli._asdict().items()]
-        self._elasticity = Elasticity.of(scene, own, terms)
+        self._elasticity = elasticity_of(scene, own, terms)
         self._blocks = np.zeros((scene.chain.particles, 2 * REACH + 1, 6, 6))
         self.places = REACH
 
@@ -61,8 +77,6 @@ class ElasticTerm(Effect):
         blocks[:, centre - reach : centre + reach + 1] += self._blocks
 
     def add_product(self, poses: np.ndarray, out: np.ndarray) -> None:
-        from nrchain.effects.link import add_block_product
-
         add_block_product(self._blocks, poses, self.scene.chain.ends == "periodic", out)
 
     def energy(self, positions: np.ndarray, frames: np.ndarray) -> Any:

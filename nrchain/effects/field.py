@@ -14,8 +14,8 @@ import numpy as np
 from nrchain._compile import kernel
 from nrchain.effects.base import OneBodyEffect, cross_matrix
 from nrchain.effects.registry import register_effect
-from nrchain.scene import Scene
-from nrchain.scene_rules import Section, vector
+from nrchain.inputs.rules import Section, vector
+from nrchain.scene.scene import Scene
 
 Vector = tuple[float, float, float]
 _NONE = (0.0, 0.0, 0.0)

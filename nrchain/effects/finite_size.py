@@ -7,11 +7,11 @@ order (a/r)²: the flows of the other modes, and the angular velocity of all, ar
 
 from __future__ import annotations
 
-from nrchain import slip_modes
 from nrchain.effects.base import Cost
 from nrchain.effects.registry import register_effect
 from nrchain.effects.slip import FlowEffect, active_modes, largest_flow, make_flow, pairs_within
-from nrchain.scene import Scene, load_scene
+from nrchain.hydrodynamics import slip_modes
+from nrchain.scene.scene import Scene, load_scene
 
 
 @register_effect

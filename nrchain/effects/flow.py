@@ -14,9 +14,9 @@ import numpy as np
 from nrchain.effects.base import OneBodyEffect
 from nrchain.effects.registry import register_effect
 from nrchain.errors import SceneError
-from nrchain.scene import Scene
-from nrchain.scene_rules import Section, flag, vector
-from nrchain.scene_sections import NEIGHBOURS
+from nrchain.inputs.rules import Section, flag, vector
+from nrchain.scene.scene import Scene
+from nrchain.scene.sections import NEIGHBOURS
 
 Matrix = tuple[tuple[float, float, float], ...]
 

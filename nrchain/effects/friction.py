@@ -7,9 +7,10 @@ Without this effect every sphere is slowed by the fluid as if it were alone.
 from __future__ import annotations
 
 from nrchain.effects.base import Cost, Effect
+from nrchain.effects.endless import refuse_net_forces, refuse_reach
 from nrchain.effects.registry import acting, register_effect
 from nrchain.effects.slip import pairs_within, reach_text
-from nrchain.scene import Scene, load_scene
+from nrchain.scene.scene import Scene, load_scene
 
 
 @register_effect
@@ -27,6 +28,13 @@ class FrictionBetweenSpheres(Effect):
     @classmethod
     def acts(cls, scene: Scene) -> bool:
         return scene.friction.kind == "pairwise"
+
+    @classmethod
+    def check(cls, scene: Scene) -> None:
+        """Refuse net forces and reaches whose sum over the images of a periodic chain is none."""
+        refuse_net_forces(scene)
+        if scene.chain.ends == "periodic":
+            refuse_reach(scene, "friction.neighbours", scene.friction.neighbours)
 
     @classmethod
     def without(cls, scene: Scene) -> Scene:

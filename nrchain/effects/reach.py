@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from nrchain.effects.base import Cost
+from nrchain.effects.endless import refuse_reach
 from nrchain.effects.registry import register_effect
 from nrchain.effects.slip import (
     FlowEffect,
@@ -12,7 +13,7 @@ from nrchain.effects.slip import (
     pairs_within,
     reach_text,
 )
-from nrchain.scene import Scene, load_scene
+from nrchain.scene.scene import Scene, load_scene
 
 
 @register_effect
@@ -34,6 +35,11 @@ class Reach(FlowEffect):
         chain, neighbours = scene.chain, scene.slip.neighbours
         exist = chain.particles > 2 or chain.ends == "periodic"
         return neighbours != 1 and exist and bool(active_modes(scene))
+
+    @classmethod
+    def check(cls, scene: Scene) -> None:
+        if scene.chain.ends == "periodic":
+            refuse_reach(scene, cls.key, scene.slip.neighbours)
 
     @classmethod
     def without(cls, scene: Scene) -> Scene:

@@ -11,15 +11,14 @@ import importlib
 import pkgutil
 from collections.abc import Callable, Iterable
 from functools import cache
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import nrchain.effects
 from nrchain.effects.base import Effect, OneBodyEffect
 from nrchain.errors import SceneError
-from nrchain.scene_rules import Section, did_you_mean
-
-if TYPE_CHECKING:
-    from nrchain.scene import Scene
+from nrchain.inputs.names import did_you_mean
+from nrchain.inputs.rules import Section
+from nrchain.scene.scene import Scene
 
 Registered = TypeVar("Registered", bound=type[Effect])
 
@@ -107,8 +106,6 @@ def _check_section(cls: type[Effect]) -> None:
         raise SceneError(key, kind, "must be a class derived from nrchain.Section")
     if not dataclasses.is_dataclass(kind):
         raise SceneError(key, kind.__name__, "must be a frozen dataclass with a rule for each key")
-    from nrchain.scene import Scene
-
     if not kind.path.isidentifier() or hasattr(Scene, kind.path) or kind.path in Scene.rules():
         allowed = "must name the section, and be no key and no attribute that every scene has"
         raise SceneError(f"{key}.path", kind.path, allowed)
@@ -181,6 +178,12 @@ def section_kind(name: str) -> type[Section] | None:
         if cls.Section is not None and cls.Section.path == name:
             return cls.Section
     return None
+
+
+def check_scene(scene: Scene) -> None:
+    """Refuse, with a SceneError, what makes no sense to an effect that acts."""
+    for effect in acting(scene):
+        effect.check(scene)
 
 
 def section_kinds() -> dict[str, type[Section]]:

@@ -1,21 +1,13 @@
 """V = Σ_links (λ⊥d²/2) Σ_{a=2,3} (C⁰e_a·C¹r)²: bonds resist leaving the direction of e₁.
 
-Source: paper, Appendix B; C⁰ and C¹ in :mod:`nrchain.effects.link`.
+The kernels are in :mod:`nrchain.potential.shear`.
 """
 
 from __future__ import annotations
 
-from nrchain._compile import kernel
 from nrchain.effects.elasticity import ElasticTerm
-from nrchain.effects.link import dot
 from nrchain.effects.registry import register_effect
-from nrchain.scene import Scene, load_scene
-
-
-@kernel
-def strain(e, tangent):
-    """C⁰e_a·C¹r, a = 2 or 3."""
-    return dot(e, tangent)
+from nrchain.scene.scene import Scene, load_scene
 
 
 @register_effect

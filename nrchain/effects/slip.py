@@ -13,14 +13,14 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from nrchain import slip_modes
 from nrchain.effects.base import Cost, Effect
 from nrchain.effects.registry import register_family
+from nrchain.hydrodynamics import slip_modes
 from nrchain.hydrodynamics.images import EXACT, POINTS
 from nrchain.hydrodynamics.pairs import SlipFlow
-from nrchain.scene import Scene, load_scene
-from nrchain.scene_sections import SlipSpec
-from nrchain.slip_modes import PairTable, SlipMode
+from nrchain.hydrodynamics.slip_modes import PairTable, SlipMode
+from nrchain.scene.scene import Scene, load_scene
+from nrchain.scene.sections import SlipSpec
 from nrchain.wording import span
 
 

@@ -22,9 +22,9 @@ from nrchain._compile import kernel
 from nrchain.effects.base import Cost, Effect
 from nrchain.effects.registry import register_effect
 from nrchain.errors import NOT_GIVEN, SceneError
-from nrchain.near_pairs import near_pairs
-from nrchain.scene import Scene
-from nrchain.scene_rules import Section, choice, number, optional
+from nrchain.geometry.near_pairs import near_pairs
+from nrchain.inputs.rules import Section, choice, number, optional
+from nrchain.scene.scene import Scene
 
 KINDS = {"wca": 0, "harmonic": 1}
 

@@ -15,13 +15,13 @@ from typing import ClassVar
 import numpy as np
 
 from nrchain.effects.base import Cost, Effect
+from nrchain.effects.endless import refuse_reach
 from nrchain.effects.flow import Flow
 from nrchain.effects.registry import register_effect
 from nrchain.effects.slip import pairs_within, reach_text
-from nrchain.endless import refuse_reach
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics.disturbance import Disturbance, Part
-from nrchain.scene import LARGEST_REACH, Scene, load_scene
+from nrchain.scene.scene import Scene, load_scene
 
 
 class DisturbanceEffect(Effect):
@@ -49,7 +49,7 @@ class DisturbanceEffect(Effect):
     def check(cls, scene: Scene) -> None:
         if scene.chain.ends == "periodic":
             reach = Flow.section(scene).neighbours
-            refuse_reach(scene, "flow.neighbours", reach, LARGEST_REACH)
+            refuse_reach(scene, "flow.neighbours", reach)
 
     @classmethod
     def detail(cls, scene: Scene) -> str:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from nrchain.effects.flow import Flow
 from nrchain.effects.registry import register_effect
 from nrchain.effects.strain import DisturbanceEffect, Strain
-from nrchain.scene import Scene, load_scene
+from nrchain.scene.scene import Scene, load_scene
 
 
 @register_effect

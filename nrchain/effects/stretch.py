@@ -1,21 +1,13 @@
 """V = Σ_links (λ∥d²/2)(C⁰e₁·C¹r − 1)²: bonds resist being longer or shorter than d along e₁.
 
-Source: paper, Appendix B; C⁰ and C¹ in :mod:`nrchain.effects.link`.
+The kernels are in :mod:`nrchain.potential.stretch`.
 """
 
 from __future__ import annotations
 
-from nrchain._compile import kernel
 from nrchain.effects.elasticity import ElasticTerm
-from nrchain.effects.link import dot
 from nrchain.effects.registry import register_effect
-from nrchain.scene import Scene, load_scene
-
-
-@kernel
-def strain(e, tangent):
-    """C⁰e₁·C¹r − 1."""
-    return dot(e, tangent) - 1.0
+from nrchain.scene.scene import Scene, load_scene
 
 
 @register_effect

@@ -1,74 +1,13 @@
 """V = Σ_links (μ∥/2)(e₂·e₃′)²: links resist turning about e₁; primed frames are the next sphere's.
 
-The printed form is transversely isotropic to linear order only. The ``isotropic`` measure has the
-same linear response and does not change when both frames turn about their e₁ by one angle,
-
-    V = Σ_links (μ∥/2)[(e₂·e₃′ − e₃·e₂′)/2]².
-
-A product e_a·f_b changes by (e_a × f_b)·(φ − φ′): both spheres feel the same moment, opposite.
-
-Source: paper, Appendix B.
+The kernels are in :mod:`nrchain.potential.twist`.
 """
 
 from __future__ import annotations
 
-from nrchain._compile import kernel
 from nrchain.effects.elasticity import ElasticTerm
-from nrchain.effects.link import (
-    add_cross,
-    add_outer,
-    add_product_blocks,
-    add_product_moment,
-    add_turned_cross,
-    dot,
-    product_energy,
-)
 from nrchain.effects.registry import register_effect
-from nrchain.scene import Scene, load_scene
-
-
-@kernel
-def energy(e, f):
-    """V/μ∥ of a link between frames e and f."""
-    return product_energy(e[1], f[2])
-
-
-@kernel
-def add_moment(e, f, modulus, moment):
-    add_product_moment(e[1], f[2], modulus, moment)
-
-
-@kernel
-def add_blocks(e, f, modulus, axis, own, other):
-    add_product_blocks(e[1], f[2], modulus, axis, own, other)
-
-
-@kernel
-def _sine(e, f):
-    return 0.5 * (dot(e[1], f[2]) - dot(e[2], f[1]))
-
-
-@kernel
-def isotropic_energy(e, f):
-    return 0.5 * _sine(e, f) ** 2
-
-
-@kernel
-def add_isotropic_moment(e, f, modulus, moment):
-    sine = _sine(e, f)
-    add_cross(e[1], f[2], -0.5 * modulus * sine, moment)
-    add_cross(e[2], f[1], 0.5 * modulus * sine, moment)
-
-
-@kernel
-def add_isotropic_blocks(e, f, modulus, axis, own, other):
-    sine = _sine(e, f)
-    add_turned_cross(e[1], f[2], -0.5 * modulus * sine, own, other)
-    add_turned_cross(e[2], f[1], 0.5 * modulus * sine, own, other)
-    axis[:] = 0.0
-    add_cross(e[1], f[2], 0.5, axis)
-    add_cross(e[2], f[1], -0.5, axis)
-    add_outer(axis, modulus, own, other)
+from nrchain.scene.scene import Scene, load_scene
 
 
 @register_effect

@@ -33,9 +33,9 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-from nrchain import slip_modes
 from nrchain._compile import ARITHMETIC, rename
-from nrchain.slip_modes import BASIS, PairTable, Polynomial
+from nrchain.hydrodynamics import slip_modes
+from nrchain.hydrodynamics.slip_modes import BASIS, PairTable, Polynomial
 
 _VECTOR = {"n": "n", "e": "e", "x": "m"}
 _CHANGE = {"n": "d", "e": "t", "x": "y"}

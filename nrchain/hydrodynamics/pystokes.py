@@ -24,8 +24,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nrchain import slip_modes
 from nrchain.errors import BackendError, SceneError
+from nrchain.hydrodynamics import slip_modes
 
 Array = NDArray[np.float64]
 

@@ -39,11 +39,11 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.spatial.distance import pdist
 
-from nrchain.arguments import finite_array
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics import lamb
 from nrchain.hydrodynamics.surface_slip import SlipLike, SurfaceSlip, surface_slip
-from nrchain.scene_rules import number, whole
+from nrchain.inputs.arguments import finite_array
+from nrchain.inputs.rules import number, whole
 
 Pair: TypeAlias = tuple[np.ndarray, np.ndarray]
 """Velocities and angular velocities, or forces and torques: (N, 3) each, lab frame."""

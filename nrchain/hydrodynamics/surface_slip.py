@@ -7,11 +7,12 @@ from typing import TypeAlias
 
 import numpy as np
 
-from nrchain import slip_modes
-from nrchain.arguments import given_slips, rotations
 from nrchain.errors import NOT_GIVEN, SceneError
-from nrchain.scene import Slip
-from nrchain.slip_modes import SlipMode
+from nrchain.hydrodynamics import slip_modes
+from nrchain.hydrodynamics.given_slips import given_slips
+from nrchain.hydrodynamics.slip import Slip
+from nrchain.hydrodynamics.slip_modes import SlipMode
+from nrchain.inputs.arguments import rotations
 
 SurfaceSlip: TypeAlias = Callable[[int, np.ndarray], np.ndarray]
 """Slip velocities (P, 3) of a sphere, by its index, at unit normals (P, 3); lab frame."""
@@ -45,10 +46,10 @@ def slip_velocity(mode: SlipMode, axis: np.ndarray, normals: np.ndarray) -> np.n
 def surface_slip(slip: SlipLike, frames: np.ndarray | None, count: int) -> SurfaceSlip:
     """The slip of ``count`` spheres as a function of sphere and normal.
 
-    Strengths are numbers, (N,) arrays or a :class:`~nrchain.scene.Slip` with a body axis of its
-    own (default e1); ``frames`` is (N, 3, 3), with e_{k+1} of sphere i in ``frames[i, k]``, and is
-    not needed for a slip that is a function already. Raises SceneError for unknown modes, wrong
-    shapes and numbers that are not finite.
+    Strengths are numbers, (N,) arrays or a :class:`~nrchain.hydrodynamics.slip.Slip` with a body
+    axis of its own (default e1); ``frames`` is (N, 3, 3), with e_{k+1} of sphere i in ``frames[i,
+    k]``, and is not needed for a slip that is a function already. Raises SceneError for unknown
+    modes, wrong shapes and numbers that are not finite.
     """
     if callable(slip):
         return slip

@@ -5,16 +5,16 @@ import re
 import numba
 import numpy as np
 import pytest
-from operations import count_operations
-from poses import random_chain
+from support.operations import count_operations
+from support.poses import random_chain
 
 import nrchain
 from nrchain import slip_modes
-from nrchain.effects import cosserat
-from nrchain.effects.cosserat import TERMS
 from nrchain.hydrodynamics import friction, pairs
 from nrchain.hydrodynamics.pair_law import PairLaw
-from nrchain.model import Model
+from nrchain.motion.model import Model
+from nrchain.potential import chain as cosserat
+from nrchain.potential.chain import TERMS
 
 E1 = (1.0, 0.0, 0.0)
 MODES = ("2s", "3a", "3t", "4a")

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from poses import random_chain
+from support.poses import random_chain
 
 import nrchain
-from nrchain.charts import ChartedChain
 from nrchain.effects.registry import acting
 from nrchain.errors import SceneError
-from nrchain.model import Model
+from nrchain.motion.charts import ChartedChain
+from nrchain.motion.model import Model
 
 SLACK = {"stretch": 0.0, "shear": 0.0, "twist": 0.0, "bend": 0.0}
 SHEAR = [[0.0, 0.5, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]

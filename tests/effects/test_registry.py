@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 import pytest
-from poses import dense, pose_derivative, random_chain, rigid_motion
+from support.poses import dense, pose_derivative, random_chain, rigid_motion
 
 import nrchain
 from nrchain.effects.base import Effect, OneBodyEffect, largest_velocity
@@ -13,8 +13,8 @@ from nrchain.effects.registry import acting, effects, find_effect
 from nrchain.effects.slip import pairs_within
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.hydrodynamics.friction import PairFriction
-from nrchain.model import Model
-from nrchain.scene_rules import Section, number, vector
+from nrchain.inputs.rules import Section, number, vector
+from nrchain.motion.model import Model
 
 COUNT, SPACING = 6, 4.0
 

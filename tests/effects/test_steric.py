@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from poses import dense, pose_derivative, random_chain
+from support.poses import dense, pose_derivative, random_chain
 
 import nrchain
-from nrchain.chain import closest_pair
 from nrchain.effects.steric import Repulsion
-from nrchain.model import Model
+from nrchain.geometry.near_pairs import closest_pair
+from nrchain.motion.model import Model
 from nrchain.outcome import Cause
 
 PERIODS = [0.0, 14.0]

@@ -6,7 +6,7 @@ condition on a rigid sphere, or is compared with spheres that are resolved to co
 
 import numpy as np
 import pytest
-from poses import dense, pose_derivative, random_chain
+from support.poses import dense, pose_derivative, random_chain
 
 from nrchain.hydrodynamics.disturbance import Disturbance
 from nrchain.hydrodynamics.resolved import ResolvedSpheres

@@ -5,11 +5,11 @@ import tracemalloc
 import numba
 import numpy as np
 import pytest
-from hydrodynamics.reference import assert_close, crooked_chain, mobility, pair_mobility
-from hydrodynamics.side_by_side import reads_of_the_loop
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from poses import dense
+from support.pair_reference import assert_close, crooked_chain, mobility, pair_mobility
+from support.poses import dense
+from support.side_by_side import reads_of_the_loop
 
 from nrchain.hydrodynamics import pystokes
 from nrchain.hydrodynamics.friction import PairFriction

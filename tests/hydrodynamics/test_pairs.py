@@ -8,7 +8,10 @@ from fractions import Fraction
 import numba
 import numpy as np
 import pytest
-from hydrodynamics.reference import (
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.polynomial import legendre
+from support.pair_reference import (
     LABELS,
     assert_close,
     crooked_chain,
@@ -16,16 +19,13 @@ from hydrodynamics.reference import (
     stresslet_of_finite_spheres,
     sum_law,
 )
-from hydrodynamics.side_by_side import reads_of_the_loop
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from numpy.polynomial import legendre
-from poses import dense, pose_derivative
+from support.poses import dense, pose_derivative
+from support.side_by_side import reads_of_the_loop
 
 from nrchain import slip_modes
 from nrchain.hydrodynamics import pair_law, pairs, pystokes
 from nrchain.hydrodynamics.pairs import SlipFlow
-from nrchain.slip_modes import SlipMode
+from nrchain.hydrodynamics.slip_modes import SlipMode
 
 E1 = (1.0, 0.0, 0.0)
 

@@ -9,7 +9,9 @@ from functools import cache
 import numpy as np
 import pystokes
 import pytest
-from hydrodynamics.reference import (
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.pair_reference import (
     LABELS,
     SPIN,
     VELOCITY,
@@ -18,8 +20,6 @@ from hydrodynamics.reference import (
     mobility,
     sum_law,
 )
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from nrchain.errors import BackendError, SceneError
 from nrchain.hydrodynamics import pystokes as backend

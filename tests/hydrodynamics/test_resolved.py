@@ -14,9 +14,9 @@ from nrchain.hydrodynamics.resolved import (
     resolved_resistance,
     resolved_twists,
 )
+from nrchain.hydrodynamics.slip import Slip
+from nrchain.hydrodynamics.slip_modes import find
 from nrchain.hydrodynamics.surface_slip import slip_velocity
-from nrchain.scene import Slip
-from nrchain.slip_modes import find
 
 LABELS = ("2s", "3a", "3t", "4a")
 PI6, PI8 = 6 * math.pi, 8 * math.pi

@@ -6,8 +6,8 @@ from types import ModuleType
 import pytest
 from typer.testing import CliRunner
 
-from validation import studies
 from validation.__main__ import app
+from validation.report import studies
 
 
 @pytest.fixture

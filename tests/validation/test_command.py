@@ -147,7 +147,7 @@ def test_rerunning_one_study_keeps_the_others(register, command, tmp_path):
 def test_records_of_studies_that_are_no_more_are_dropped(register, command, tmp_path):
     register(old=bad)
     command("-o", tmp_path)
-    from validation.studies import STUDIES
+    from validation.report.studies import STUDIES
 
     del STUDIES["old"]
     register(good=good)

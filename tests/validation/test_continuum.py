@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-from nrchain.measure import Estimate
-from nrchain.rod import dispersion
-from validation import continuum
-from validation.continuum_runs import LONGITUDINAL, MODES, Series
-from validation.recorder import Recorder
+from nrchain.analysis.measure import Estimate
+from nrchain.theory.rod import dispersion
+from validation.continuum import run as continuum
+from validation.continuum.runs import LONGITUDINAL, MODES, Series
+from validation.report.recorder import Recorder
 
 LENGTHS = (16, 28, 48, 80)
 

@@ -3,11 +3,15 @@
 import pytest
 
 from nrchain import load_scene
-from nrchain.timing import Measured
-from nrchain.work import Work
-from validation import cost_figures, cost_model, cost_reach, cost_resolution, cost_stepping
-from validation.cost_stepping import Map, Setting
-from validation.recorder import Recorder
+from nrchain.accuracy.timing import Measured
+from nrchain.run.work import Work
+from validation.cost import figures as cost_figures
+from validation.cost import model as cost_model
+from validation.cost import reach as cost_reach
+from validation.cost import resolution as cost_resolution
+from validation.cost import stepping as cost_stepping
+from validation.cost.stepping import Map, Setting
+from validation.report.recorder import Recorder
 
 
 def test_a_loose_default_is_seen(monkeypatch):

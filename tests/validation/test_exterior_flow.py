@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from validation import paper
-from validation.exterior_flow import ExteriorFlow
+from validation.pair_laws.exterior_flow import ExteriorFlow
+from validation.report import paper
 
 THETA = np.linspace(0.2, 2.9, 7)
 

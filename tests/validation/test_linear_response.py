@@ -7,11 +7,13 @@ from dataclasses import replace
 import pytest
 
 from nrchain import slip_modes
-from nrchain.rod import dispersion, linear
-from validation import linear_laws, linear_misprints, linear_response
-from validation.recorder import Recorder
-from validation.studies import run_study
-from validation.uniform_chains import STRENGTHS
+from nrchain.theory.rod import dispersion, linear
+from validation.linear_response import laws as linear_laws
+from validation.linear_response import misprints as linear_misprints
+from validation.linear_response import run as linear_response
+from validation.report.recorder import Recorder
+from validation.report.studies import run_study
+from validation.report.uniform_chains import STRENGTHS
 
 
 def failed(*parts) -> list[str]:

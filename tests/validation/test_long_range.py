@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 from nrchain import rod
-from validation import long_range, long_range_friction, long_range_scenes, settling
-from validation.long_range_runs import simulated_rate
-from validation.recorder import Recorder
+from validation.long_range import friction as long_range_friction
+from validation.long_range import run as long_range
+from validation.long_range import scenes as long_range_scenes
+from validation.long_range import settling
+from validation.long_range.runs import simulated_rate
+from validation.report.recorder import Recorder
 
 
 def checks(*parts) -> Recorder:

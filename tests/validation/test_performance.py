@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from nrchain import load_scene, simulate
-from validation import performance_growth as growth
-from validation.performance import buckling
-from validation.performance_timing import (
+from validation.performance import growth as growth
+from validation.performance.run import buckling
+from validation.performance.timing import (
     Timed,
     in_child,
     in_turns,

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from validation.readme import BEGIN, END, FIGURES, update
-from validation.report import ReportError
-from validation.studies import STUDIES
+from validation.report.build import ReportError
+from validation.report.readme import BEGIN, END, FIGURES, update
+from validation.report.studies import STUDIES
 
 README = Path(__file__).parents[2] / "README.md"
 

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from poses import random_chain
+from support.poses import random_chain
 
 from nrchain import load_scene, simulate
-from nrchain.chain import initial_poses
-from nrchain.model import Model
-from validation import recipe, threads
-from validation.recipe import Recipe, solve_compiled, solve_recipe
-from validation.threads import one_thread
+from nrchain.motion.model import Model
+from nrchain.scene.poses import initial_poses
+from validation.performance import recipe, threads
+from validation.performance.recipe import Recipe, solve_compiled, solve_recipe
+from validation.performance.threads import one_thread
 
 SLIPS = {"slip.3a": 3.0, "slip.3t": -2.0, "slip.4a": 1.5}
 

@@ -6,10 +6,12 @@ from dataclasses import replace
 import pytest
 
 from nrchain import slip_modes
-from validation import pair_figures, paper, rest
-from validation.recorder import Recorder
-from validation.rest_measures import RESTING
-from validation.studies import STUDIES, run_study
+from validation.pair_laws import figures as pair_figures
+from validation.report import paper
+from validation.report.recorder import Recorder
+from validation.report.studies import STUDIES, run_study
+from validation.rest import run as rest
+from validation.rest.measures import RESTING
 
 
 @pytest.mark.parametrize("name", STUDIES)

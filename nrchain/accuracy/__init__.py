@@ -1,0 +1,1 @@
+"""What accuracy costs, measured on runs of the scene itself."""

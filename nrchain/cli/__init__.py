@@ -1,0 +1,1 @@
+"""The commands of the program nrchain, its tables and its terminal."""

@@ -1,0 +1,48 @@
+"""min |r_i − r_j| = 2a, and links turned by π/2: what no start may have and no run may reach."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nrchain._compile import kernel
+from nrchain.scene.scene import Scene
+
+OVERCOME = 0.5
+"""Spheres that repel each other may come this near, in units of two radii: their repulsion gives
+way gradually, and has failed when they are half inside each other."""
+
+
+def contact_distance(scene: Scene) -> float:
+    """The distance of two centres that no run may reach."""
+    return 2.0 * scene.chain.radius * (OVERCOME if scene.steric.acts else 1.0)
+
+
+def has_turning_springs(scene: Scene) -> bool:
+    """Whether links resist twist or bend, and so have a range to stay in."""
+    return bool(scene.moduli.twist or scene.moduli.bend)
+
+
+def most_turned_link(frames: np.ndarray, periodic: bool) -> tuple[float, int]:
+    """The angle by which the frames of a link differ, and which link, where that is most."""
+    alignment, link = least_aligned(frames, periodic)
+    return float(np.arccos(np.clip(alignment, -1.0, 1.0))), link
+
+
+@kernel
+def least_aligned(frames, periodic):
+    """The least cos α = (Σ_a e_a·e_a′ − 1)/2 of a link, α between its frames, and which link."""
+    count = frames.shape[0]
+    least, which = np.inf, 0
+    for link in range(count if periodic else count - 1):
+        ahead = (link + 1) % count
+        total = -1.0
+        for a in range(3):
+            for k in range(3):
+                total += frames[link, a, k] * frames[ahead, a, k]
+        if 0.5 * total < least:
+            least, which = 0.5 * total, link
+    return least, which
+
+
+def least_alignment(frames: np.ndarray, periodic: bool) -> float:
+    return least_aligned(frames, periodic)[0]

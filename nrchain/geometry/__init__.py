@@ -1,0 +1,1 @@
+"""Rotations, and which spheres are near each other."""

@@ -1,0 +1,1 @@
+"""What a user may give: one rule a key, arrays of numbers, names that are looked up."""

@@ -1,0 +1,284 @@
+"""One rule a key: what is allowed, in words, and the plain value that is kept.
+
+A rule takes ``(key, value)`` and returns the value as a plain Python object, or raises
+:class:`~nrchain.errors.SceneError`. A :class:`Section` is a frozen dataclass whose annotations
+carry the rules,
+
+    spacing: Annotated[float, number(above=0)] = 10.0
+
+so that type, rule and default of a key stand on one line and no key is checked by hand. What
+several keys must satisfy together goes into ``Section.check``.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache
+from typing import Annotated, Any, ClassVar, Self, get_args, get_origin, get_type_hints
+
+from nrchain.errors import NOT_GIVEN, SceneError
+from nrchain.inputs.names import did_you_mean
+
+Rule = Callable[[str, Any], Any]
+
+
+def rule(
+    allowed: str,
+    accepts: Callable[[Any], bool],
+    convert: Callable[[Any], Any] = lambda v: v,
+    near: Callable[[Any], Any] = lambda v: v,
+) -> Rule:
+    """The rule that refuses with "must be ``allowed``" what ``accepts`` does not accept.
+
+    ``near`` makes of a value the one it may stand for, which is offered if it is accepted.
+    """
+
+    def read(key: str, value: Any) -> Any:
+        plain = _plain(value)
+        if not accepts(plain):
+            meant = near(plain)
+            hint = f"; did you mean {_spelt(meant)}?" if accepts(meant) else ""
+            raise SceneError(key, value, f"must be {allowed}{hint}")
+        return convert(plain)
+
+    return read
+
+
+def number(
+    *, above: float = -math.inf, least: float = -math.inf, most: float = math.inf, reason: str = ""
+) -> Rule:
+    """A finite number with above < x and least ≤ x ≤ most, kept as a float; ``reason`` says why."""
+    bounds = (("above", above), ("at least", least), ("at most", most))
+    words = " and ".join(f"{word} {bound:g}" for word, bound in bounds if math.isfinite(bound))
+    return rule(
+        "a finite number" + (words and ", " + words) + (reason and ": " + reason),
+        lambda v: _is_number(v) and above < v and least <= v <= most,
+        float,
+    )
+
+
+def whole(*, least: int) -> Rule:
+    """A whole number n with least ≤ n < 2⁶³; neither 2.0 nor True is one."""
+    return rule(
+        f"a whole number of at least {least} and below 2^63",
+        lambda v: is_whole(v) and least <= v < 2**63,
+        near=lambda v: int(v) if isinstance(v, float) and v.is_integer() else v,
+    )
+
+
+def choice(literal: Any) -> Rule:
+    """One of the names of a ``Literal``."""
+    names = get_args(literal)
+
+    def read(key: str, value: Any) -> Any:
+        if not isinstance(value, str) or value not in names:
+            hint = did_you_mean(value, names)
+            raise SceneError(key, value, f"must be one of {', '.join(names)}{hint}")
+        return str(value)
+
+    return read
+
+
+def optional(inner: Rule) -> Rule:
+    """None, or what ``inner`` allows."""
+    return lambda key, value: None if value is None else inner(key, value)
+
+
+def one_or_each(inner: Rule) -> Rule:
+    """One value, or a list of them, kept as a tuple; a refused item is named by its place."""
+
+    def read(key: str, value: Any) -> Any:
+        plain = _plain(value)
+        if isinstance(plain, (list, tuple)):
+            return tuple(inner(f"{key}[{i}]", item) for i, item in enumerate(plain))
+        try:
+            return inner(key, plain)
+        except SceneError as error:
+            raise SceneError(key, value, f"{error.allowed}; or a list, one a sphere") from None
+
+    return read
+
+
+def direction() -> Rule:
+    """Three numbers whose length can be divided by."""
+    return rule(
+        "three finite numbers, not all zero, of a length between 1e-100 and 1e100",
+        lambda v: (
+            isinstance(v, (list, tuple))
+            and len(v) == 3
+            and all(_is_number(x) for x in v)
+            and 1e-100 <= math.hypot(*v) <= 1e100
+        ),
+        lambda v: tuple(float(x) for x in v),
+    )
+
+
+def vector(*, of: int = 3, inner: Rule | None = None) -> Rule:
+    """A list of three finite numbers, kept as a tuple; or of so many of what ``inner`` allows."""
+    read_item = number() if inner is None else inner
+
+    def read(key: str, value: Any) -> Any:
+        plain = _plain(value)
+        if not isinstance(plain, (list, tuple)) or len(plain) != of:
+            what = "finite numbers" if inner is None else "rows of three finite numbers"
+            raise SceneError(key, value, f"must be a list of {of} {what}")
+        return tuple(read_item(f"{key}[{i}]", item) for i, item in enumerate(plain))
+
+    return read
+
+
+def flag() -> Rule:
+    """True or False."""
+    written = {"true": True, "false": False}
+    return rule(
+        "true or false",
+        lambda v: isinstance(v, bool),
+        near=lambda v: written.get(v.lower()) if isinstance(v, str) else v,
+    )
+
+
+def line() -> Rule:
+    """Text that fits a plot title and a file attribute as it is."""
+    return rule("one line of printable text", lambda v: isinstance(v, str) and v.isprintable())
+
+
+def section(kind: type[Section]) -> Rule:
+    """A section of that kind, or the raw table of one; None is an empty table."""
+
+    def read(key: str, value: Any) -> Any:
+        if isinstance(value, kind):
+            return value
+        if value is None or value is NOT_GIVEN:
+            return kind.from_mapping({})
+        if isinstance(value, Mapping):
+            return kind.from_mapping(value)
+        raise _not_a_table(kind, key, value)
+
+    return read
+
+
+def _not_a_table(kind: type[Section], key: str, value: Any) -> SceneError:
+    """The refusal of a value in place of a section: the keys there are, and which would hold it."""
+    text = f"must be a table of {', '.join(kind.names())}"
+    fitting = [name for name in kind.rules() if _holds(kind, name, value)]
+    if isinstance(value, str) and len(fitting) == 1:
+        text += f"; did you mean {key}.{fitting[0]} = {value!r}?"
+    return SceneError(key, value, text)
+
+
+def _holds(kind: type[Section], name: str, value: Any) -> bool:
+    try:
+        kind.rules()[name](name, value)
+    except SceneError:
+        return False
+    return True
+
+
+@cache
+def _rules(kind: Any) -> dict[str, Rule]:
+    """The rules in the annotations of a class; reading those takes longer than any rule."""
+    hints = get_type_hints(kind, include_extras=True).items()
+    return {name: h.__metadata__[0] for name, h in hints if get_origin(h) is Annotated}
+
+
+class Section:
+    """A frozen dataclass that reads and checks each key by the rule in its annotation.
+
+    Construction raises :class:`~nrchain.errors.SceneError`; afterwards every value is plain,
+    hashable Python, numpy numbers and arrays included.
+    """
+
+    __slots__ = ()
+    path: ClassVar[str] = ""
+    """Where the section stands in a scene: the first half of its dotted keys."""
+
+    def __post_init__(self) -> None:
+        for name, read in self.rules().items():
+            object.__setattr__(self, name, read(self.key(name), getattr(self, name)))
+        self.check()
+
+    def check(self) -> None:
+        """Refuse what no single key shows to be wrong."""
+
+    @classmethod
+    @functools.cache
+    def rules(cls) -> dict[str, Rule]:
+        """The rule of every field, in the order of the fields."""
+        kind: Any = cls
+        return dict(_rules(kind))
+
+    @classmethod
+    def key(cls, name: str) -> str:
+        """The dotted key of a field."""
+        return f"{cls.path}.{name}" if cls.path else name
+
+    @classmethod
+    def spellings(cls) -> tuple[str, ...]:
+        """The keys that a mistyped one may stand for."""
+        return tuple(cls.rules())
+
+    @classmethod
+    def names(cls) -> tuple[str, ...]:
+        """The keys of the section, as a refusal lists them."""
+        return cls.spellings()
+
+    @classmethod
+    def from_mapping(cls, table: Mapping[str, Any]) -> Self:
+        """The section of a raw table, in which None stands for a key that is not given."""
+        known = cls.rules()
+        if not isinstance(table, Mapping):
+            raise SceneError(cls.path or cls.__name__.lower(), table, "must be a table")
+        for name, value in table.items():
+            if name not in known:
+                raise unknown(cls.key(name), value, known, cls.spellings())
+        given = {name: value for name, value in table.items() if value is not None}
+        return cls(**dict.fromkeys(_required(cls), NOT_GIVEN) | given)
+
+    def to_mapping(self) -> dict[str, Any]:
+        """The raw table of the section, keys that are None left out."""
+        values = {name: getattr(self, name) for name in self.rules()}
+        return {
+            name: value.to_mapping() if isinstance(value, Section) else value
+            for name, value in values.items()
+            if value is not None
+        }
+
+
+def unknown(
+    key: str, value: object, known: Iterable[str], meant: Iterable[str] | None = None
+) -> SceneError:
+    """The refusal of a key: the keys there are, and the nearest of those that may be ``meant``."""
+    # tables made in Python may have keys that are no strings
+    hint = did_you_mean(str(key).rpartition(".")[2], known if meant is None else meant)
+    return SceneError(str(key), value, f"is not a known key; there are {', '.join(known)}{hint}")
+
+
+def _spelt(value: Any) -> str:
+    """A value as a scene file and a command line spell it."""
+    return str(value).lower() if isinstance(value, bool) else repr(value)
+
+
+def is_whole(value: object) -> bool:
+    """Whether a value is an int that is not a bool."""
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _is_number(value: Any) -> bool:
+    """Whether a value is an int or float that a finite float can hold."""
+    return (isinstance(value, float) or is_whole(value)) and abs(value) <= sys.float_info.max
+
+
+def _plain(value: Any) -> Any:
+    """Numpy numbers and arrays as Python numbers and lists, everything else as it is."""
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+def _required(kind: Any) -> list[str]:
+    """The fields of a dataclass that have no default."""
+    missing = dataclasses.MISSING
+    fields = dataclasses.fields(kind)
+    return [f.name for f in fields if f.default is missing and f.default_factory is missing]

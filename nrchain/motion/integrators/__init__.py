@@ -1,0 +1,37 @@
+"""The integrators on offer, by the name that a scene gives as ``run.integrator``."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from nrchain.errors import SceneError
+from nrchain.inputs.names import did_you_mean
+
+if TYPE_CHECKING:
+    from nrchain.motion.integrators.base import Integrator
+
+INTEGRATORS = {
+    "cvode": "nrchain.motion.integrators.cvode:Cvode",
+    "radau": "nrchain.motion.integrators.radau:Radau",
+    "scipy-bdf": "nrchain.motion.integrators.scipy_bdf:ScipyBdf",
+}
+"""Where each is; imported only when it is used."""
+
+
+def find_integrator(name: str) -> type[Integrator]:
+    """The class of an integrator.
+
+    Raises :class:`~nrchain.errors.SceneError` for a name that is none, with those that are.
+    """
+    check_integrator(name)
+    module, _, attribute = INTEGRATORS[name].partition(":")
+    return getattr(import_module(module), attribute)
+
+
+def check_integrator(name: str) -> None:
+    """Refuse a name that is no integrator's, without importing any."""
+    if name in INTEGRATORS:
+        return
+    hint = did_you_mean(name, INTEGRATORS)
+    raise SceneError("run.integrator", name, f"must be one of {', '.join(INTEGRATORS)}{hint}")

@@ -1,0 +1,127 @@
+"""Σ_j α_j y_{n−j} = h β f(t_n, y_n): backward differences of order 1 to 5, by CVODE.
+
+CVODE chooses step and order. Its Newton systems (I − γJ) δ = r are solved by GMRES with the exact
+product Jδ and, as preconditioner, the banded factors of the part of J near the diagonal. With
+nearest neighbours the factors are those of the whole matrix and one iteration solves it; with
+all pairs a few more make up for what the band leaves out. Memory grows linearly with N in either
+case. Hindmarsh et al., ACM TOMS 31 (2005) 363.
+
+The wrapper prints why CVODE fails, on the standard output of the whole process, and SUNDIALS warns
+there of steps that no longer advance the time. Neither comes to that: a step is given up before
+CVODE would give it up, and steps end while they still advance the time.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from sksundae.cvode import CVODE, CVODEJacTimes, CVODEPrecond
+
+from nrchain.motion.charts import ChartedChain
+from nrchain.motion.integrators.base import IntegrationError, Integrator, NotFinite
+
+KRYLOV_DIMENSION = 20
+"""Upper bound on the iterations of one linear solve."""
+
+ATTEMPTS = 6
+"""Jacobians within one step at which it is given up. Every attempt after the first takes one, so
+that at most so many have failed; CVODE fails with the seventh error test (``MXNEF``) or the tenth
+Newton iteration. Scenes far beyond their beam limit take 3."""
+
+LEAST_ADVANCE = 8.0
+"""Spacings of floating-point numbers that a step must advance the time by. A step that succeeds is
+followed by one of 0.4 of its length at least: the next advances it too."""
+
+
+class Cvode(Integrator):
+    """CVODE's BDF with preconditioned GMRES."""
+
+    name = "cvode"
+    order = 5
+    # the first pole of R(z) is at 1 at order 1, and at 1 + … + 1/q at order q: what grows is damped
+    # beyond it, and grows faster than exp(z) below
+    followed = 1.0
+
+    def __init__(self, chain: ChartedChain, end: float, rtol: float, atol: np.ndarray) -> None:
+        super().__init__(chain, end, rtol, atol)
+        self._reached, self._astray, self._jacobians = (0.0, np.empty(0)), False, 0
+        self._solver = CVODE(
+            self._rates,
+            method="BDF",
+            rtol=rtol,
+            atol=atol,
+            linsolver="gmres",
+            krylov_dim=KRYLOV_DIMENSION,
+            precond=CVODEPrecond(self._prepare, self._solve),
+            jactimes=CVODEJacTimes(None, self._product),
+        )
+
+    def _rates(self, t, y, ydot) -> None:
+        self.chain.rates(t, y, ydot)
+        if not np.isfinite(ydot).all():
+            raise NotFinite
+
+    def _prepare(self, t, y, ydot, jacobian_is_current, jacobian_is_new, gamma) -> None:
+        # CVODE would keep an old Jacobian for up to 50 steps. A new one costs about as much as the
+        # factors that are made here in any case, and halves the steps of long stiff chains: where
+        # their bonds have turned meanwhile, what Newton leaves over passes for an error.
+        jacobian_is_new[0] = 1
+        self._jacobians += 1
+        if self._jacobians == ATTEMPTS:
+            begin = self._reached[0]
+            raise IntegrationError(
+                f"a step from t = {begin:.6g} misses the tolerance at every length tried, down to"
+                f" {t - begin:.3g}"
+            )
+        self.chain.linearise(t, y)
+        self.chain.factorise(gamma)
+
+    def _solve(self, t, y, ydot, right, out, gamma, delta, side) -> None:
+        self.solves += 1
+        self.chain.solve(right, out)
+
+    def _product(self, t, y, ydot, vector, out) -> None:
+        self.chain.product(vector, out)
+
+    def start(self, time: float, y: np.ndarray) -> None:
+        self._reached, self._astray = (time, y.copy()), False
+        self._refuse_no_first_step(time, y)
+        self._solver.init_step(time, y)
+
+    def _refuse_no_first_step(self, time: float, y: np.ndarray) -> None:
+        """CVODE's first step takes no coordinate farther than its tolerance: it may be 0."""
+        slope = np.empty_like(y)
+        self._rates(time, y, slope)
+        with np.errstate(over="ignore"):
+            rate = np.sqrt(np.mean((slope / (self.atol + self.rtol * np.abs(y))) ** 2))
+        if not rate * LEAST_ADVANCE * np.spacing(time) < 1.0:
+            raise IntegrationError(f"no step is short enough for rates of {abs(slope).max():.2g}")
+
+    def step(self) -> float:
+        self._return_to_end()
+        begin, self._jacobians = self._reached[0], 0
+        # the first step asks how far it is to the end, which rounding may have brought too near
+        towards = max(self.end, begin + 1e3 * np.spacing(begin))
+        result = self._solver.step(towards, method="onestep")
+        if not result.success:
+            raise IntegrationError(f"{result.message} (t = {result.t:.6g})")
+        if result.t - begin < LEAST_ADVANCE * np.spacing(begin):
+            raise IntegrationError("steps have become too small to advance the time")
+        self.steps += 1
+        self._reached = float(result.t), result.y
+        return self._reached[0]
+
+    def at(self, time: float) -> np.ndarray:
+        reached, y = self._reached
+        if time == reached:
+            return y
+        self._astray = True
+        result = self._solver.step(time, method="normal")
+        if not result.success:
+            raise IntegrationError(result.message)
+        return result.y
+
+    def _return_to_end(self) -> None:
+        """CVODE goes on from where it was last asked for y, which must be the end of its step."""
+        if self._astray:
+            self._solver.step(self._reached[0], method="normal")
+            self._astray = False

@@ -1,0 +1,105 @@
+"""Σ_k γ_k ∇^k y_n = h f(t_n, y_n): backward differences of order 1 to 5, by SciPy.
+
+Quasi-constant steps with the modified formulas of Shampine and Reichelt (SIAM J. Sci. Comput. 18
+(1997) 1), written apart from CVODE: a second opinion on its results. J is exact. Where it is
+sparse, I − cJ is factorised by SuperLU; where all spheres act on all, it is never built.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.integrate import BDF
+from scipy.sparse import csc_matrix
+
+from nrchain.motion.charts import ChartedChain
+from nrchain.motion.integrators.base import IntegrationError, Integrator, NotFinite
+from nrchain.motion.integrators.linear import KrylovJacobian, SingularMatrix, jacobian_of
+
+SMALLEST_RTOL = 100 * float(np.finfo(float).eps)
+"""What SciPy takes in place of any smaller relative tolerance."""
+
+
+class _Shift:
+    """Stands for J in the expression I − cJ, where all that is needed of it is c."""
+
+    __array_ufunc__ = None
+
+    def __rmul__(self, scale: float) -> float:
+        return float(scale)
+
+
+class _MatrixFree(BDF):
+    """SciPy's BDF with systems (I − cJ) x = b that are solved without their matrix."""
+
+    def __init__(
+        self,
+        rates: Callable[[float, np.ndarray], np.ndarray],
+        time: float,
+        y: np.ndarray,
+        jacobian: KrylovJacobian,
+        **tolerances,
+    ) -> None:
+        nothing = csc_matrix((len(y), len(y)))
+        super().__init__(rates, time, y, np.inf, jac=nothing, **tolerances)
+
+        def update(time: float, y: np.ndarray) -> _Shift:
+            jacobian.update(time, y)
+            return _Shift()
+
+        self.jac, self.J, self.I = update, update(time, y), 0.0
+        self.lu = lambda minus_scale: jacobian.shifted_inverse(-minus_scale)
+        self.solve_lu = lambda solve, right: solve(right)
+
+
+class ScipyBdf(Integrator):
+    """SciPy's BDF with the Jacobian of the charted chain."""
+
+    name = "scipy-bdf"
+    order = 5
+    # as of all backward differences: the pole of order 1
+    followed = 1.0
+
+    def __init__(self, chain: ChartedChain, end: float, rtol: float, atol: np.ndarray) -> None:
+        super().__init__(chain, end, max(rtol, SMALLEST_RTOL), atol)
+        self._jacobian = jacobian_of(chain, atol)
+
+    def _rates(self, time: float, y: np.ndarray) -> np.ndarray:
+        out = np.empty_like(y)
+        self.chain.rates(time, y, out)
+        if not np.isfinite(out).all():
+            raise NotFinite
+        return out
+
+    def start(self, time: float, y: np.ndarray) -> None:
+        # An infinite bound: the steps shall not depend on where the run ends.
+        jacobian, tolerances = self._jacobian, {"rtol": self.rtol, "atol": self.atol}
+        if isinstance(jacobian, KrylovJacobian):
+            self._solver = _MatrixFree(self._rates, time, y, jacobian, **tolerances)
+            return
+
+        def matrix(time: float, y: np.ndarray) -> csc_matrix:
+            jacobian.update(time, y)
+            return jacobian.matrix()
+
+        self._solver = BDF(self._rates, time, y, np.inf, jac=matrix, **tolerances)
+
+    def step(self) -> float:
+        before = self._solver.nfev
+        try:
+            message = self._solver.step()
+        except (RuntimeError, SingularMatrix) as error:
+            # a Newton matrix that cannot be factorised
+            raise IntegrationError(f"{error} (t = {self._solver.t:.6g})") from error
+        # Every evaluation within a step is one Newton iteration, and so one linear solve.
+        self.solves += self._solver.nfev - before
+        if self._solver.status == "failed":
+            raise IntegrationError(f"{message} (t = {self._solver.t:.6g})")
+        self.steps += 1
+        return float(self._solver.t)
+
+    def at(self, time: float) -> np.ndarray:
+        if time == self._solver.t:
+            return self._solver.y.copy()
+        return self._solver.dense_output()(time)

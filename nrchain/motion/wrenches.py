@@ -1,0 +1,250 @@
+"""Forces and torques from arrays, for scripts: pair laws and elastic chain by themselves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, Literal
+
+import numpy as np
+
+from nrchain.errors import SceneError
+from nrchain.hydrodynamics.given_slips import GivenSlip, given_slips
+from nrchain.hydrodynamics.slip import Slip
+from nrchain.inputs.arguments import finite_array, rotations
+from nrchain.inputs.rules import choice, flag, number
+from nrchain.scene.sections import NEIGHBOURS, Backend, Ends, Measure
+
+
+def _poses(positions: Any, frames: Any) -> tuple[np.ndarray, np.ndarray]:
+    points = finite_array("positions", positions, (None, 3))
+    return points, rotations(frames, len(points))
+
+
+def active_wrenches(
+    positions: np.ndarray,
+    frames: np.ndarray,
+    slip: Mapping[str, float | np.ndarray | Slip | Mapping[str, Any]],
+    *,
+    neighbours: int | Literal["all"] = 1,
+    radius: float = 1.0,
+    viscosity: float = 1.0,
+    finite_size: bool = False,
+    backend: Literal["native", "pystokes"] = "native",
+) -> tuple[np.ndarray, np.ndarray]:
+    """F_i = γ_T Σ_j u(r_i − r_j, e_j) and T_i = γ_R Σ_j w(r_i − r_j, e_j): what slip exerts.
+
+    Parameters
+    ----------
+    positions, frames
+        (N, 3) and (N, 3, 3); ``frames[i, k]`` is e_{k+1} of sphere i in lab components.
+    slip
+        Strength of each mode by its label: a number, an (N,) array, or a
+        :class:`~nrchain.hydrodynamics.slip.Slip`, or its table, with a body axis of its own
+        (default e1).
+    neighbours
+        Spheres up to this many places along the chain act on each other; ``"all"``: every pair.
+    radius, viscosity
+        a and η, in γ_T = 6πηa and γ_R = 8πηa³.
+    finite_size
+        Keep the (a/r)² correction of the 2s velocity, (1 + a²∇²/6)(1 + a²∇²/10).
+    backend
+        ``"native"``: compiled closed forms; ``"pystokes"``: the same through PyStokes.
+
+    Returns
+    -------
+    forces, torques
+        (N, 3) each, lab frame.
+
+    Raises
+    ------
+    SceneError
+        For input of the wrong shape, non-finite numbers, unknown modes and coincident spheres, and
+        where what is computed leaves the range of floats.
+    BackendError
+        When PyStokes is missing, of an unknown release, or fails its self-check.
+
+    Paper: Eqs. (2s_force) to (4a_torque), with the 4a torque as half the curl of its force law.
+    """
+    r, e = _poses(positions, frames)
+    a = number(above=0)("radius", radius)
+    eta = number(above=0)("viscosity", viscosity)
+    neighbours = NEIGHBOURS("neighbours", neighbours)
+    choice(Backend)("backend", backend)
+    corrected = flag()("finite_size", finite_size)
+    reach = max(len(r) - 1, 1) if neighbours == "all" else neighbours
+    slips = given_slips(slip, len(r))
+    _refuse_coincident(r, reach)
+    with np.errstate(all="ignore"):
+        try:
+            if backend == "native":
+                twists = _native(slips, r, e, reach, a, corrected)
+            else:
+                twists = _through_pystokes(slips, r, e, neighbours, a, eta, corrected)
+        except OverflowError:
+            twists = np.full((len(r), 6), np.inf)
+        gamma = 6 * math.pi * eta * a
+        forces, torques = gamma * twists[:, :3], gamma * (4 * a * a / 3) * twists[:, 3:]
+    return _in_range("forces", forces), _in_range("torques", torques)
+
+
+def _in_range(name: str, computed: np.ndarray) -> np.ndarray:
+    """What was computed, unless numbers left the range of floats on the way."""
+    if not np.isfinite(computed).all():
+        allowed = "with these numbers they leave the range of floating point; choose units nearer 1"
+        raise SceneError(name, "NaN or inf", allowed)
+    return computed
+
+
+def _refuse_coincident(positions: np.ndarray, reach: int) -> None:
+    for places in range(1, min(reach, len(positions) - 1) + 1):
+        apart = np.any(positions[places:] != positions[:-places], axis=1)
+        if not apart.all():
+            i = int(np.argmin(apart))
+            raise SceneError(
+                "positions", f"spheres {i} and {i + places}", "two spheres are at one place"
+            )
+
+
+def _native(
+    slips: list[GivenSlip],
+    positions: np.ndarray,
+    frames: np.ndarray,
+    reach: int,
+    radius: float,
+    finite_size: bool,
+) -> np.ndarray:
+    from nrchain.hydrodynamics.pairs import SlipFlow
+
+    twists = np.zeros((len(positions), 6))
+    flow = SlipFlow(
+        [slip.label for slip in slips],
+        [slip.strengths for slip in slips],
+        [tuple(slip.axis) for slip in slips],
+        count=len(positions),
+        reach=reach,
+        radius=radius,
+        finite_size=finite_size,
+    )
+    flow.add_twists(positions, frames, twists)
+    return twists
+
+
+def _through_pystokes(
+    slips: list[GivenSlip],
+    positions: np.ndarray,
+    frames: np.ndarray,
+    neighbours: int | Literal["all"],
+    radius: float,
+    viscosity: float,
+    finite_size: bool,
+) -> np.ndarray:
+    from nrchain.hydrodynamics import pystokes
+
+    velocities, spins = pystokes.twists(
+        positions,
+        [np.einsum("b,nbk->nk", slip.axis, frames) for slip in slips],
+        [slip.strengths for slip in slips],
+        neighbours=neighbours,
+        radius=radius,
+        viscosity=viscosity,
+        finite_size=finite_size,
+        labels=[slip.label for slip in slips],
+    )
+    return np.concatenate([velocities, spins], axis=1)
+
+
+def _read_chain(positions, frames, spacing, stretch, shear, twist, bend, ends, measure):
+    r, e = _poses(positions, frames)
+    if len(r) < 2:
+        raise SceneError("positions", r.shape, "a chain has at least two spheres")
+    choice(Ends)("ends", ends)
+    choice(Measure)("measure", measure)
+    d = number(above=0)("spacing", spacing)
+    named = {"stretch": stretch, "shear": shear, "twist": twist, "bend": bend}
+    moduli = [number(least=0)(name, value) for name, value in named.items()]
+    from nrchain.potential.chain import Elasticity, terms_of
+    from nrchain.scene.unwrapping import unwrapped
+
+    if ends == "periodic" and any(moduli[:2]):
+        r = unwrapped(r, d)
+    period, isotropic = len(r) * d if ends == "periodic" else 0.0, measure == "isotropic"
+    return r, e, Elasticity(d, period, tuple(moduli), isotropic, terms_of(moduli))
+
+
+def elastic_wrenches(
+    positions: np.ndarray,
+    frames: np.ndarray,
+    *,
+    spacing: float,
+    stretch: float,
+    shear: float,
+    twist: float,
+    bend: float,
+    ends: Literal["free", "clamped", "periodic"] = "free",
+    measure: Literal["paper", "isotropic"] = "paper",
+) -> tuple[np.ndarray, np.ndarray]:
+    """F_i = −∂V/∂r_i and T_i = −Σ_a e_a × ∂V/∂e_a of the elastic chain (paper, Appendix B).
+
+    Parameters
+    ----------
+    positions, frames
+        (N, 3) and (N, 3, 3), N ≥ 2; ``frames[i, k]`` is e_{k+1} of sphere i in lab components.
+    spacing
+        Rest distance d.
+    stretch, shear, twist, bend
+        The moduli λ∥, λ⊥, μ∥ and μ⊥; zero leaves a term out.
+    ends
+        ``"periodic"`` closes the chain along x with period N d; ``"free"`` and ``"clamped"``
+        chains have the same forces (a clamp holds poses, it does not change the energy).
+        Positions of a periodic chain may be wrapped: each link takes the image that is nearest to
+        its rest length along x (:func:`nrchain.scene.unwrapping.unwrapped`).
+    measure
+        Of twist and bend: the paper's, or the transversely isotropic one with the same linear
+        response (see :mod:`nrchain.potential.chain`).
+
+    Returns
+    -------
+    forces, torques
+        (N, 3) each, lab frame. On an open chain both sum to nothing, torques about the origin
+        included.
+
+    Raises
+    ------
+    SceneError
+        For input of the wrong shape, numbers that are not finite or out of bounds, wrapped
+        positions of which the image is not clear, and where what is computed leaves the range of
+        floats.
+    """
+    r, e, elasticity = _read_chain(
+        positions, frames, spacing, stretch, shear, twist, bend, ends, measure
+    )
+    wrenches = np.zeros((len(r), 6))
+    with np.errstate(all="ignore"):
+        elasticity.add_wrenches(r, e, wrenches)
+    forces, torques = wrenches[:, :3].copy(), wrenches[:, 3:].copy()
+    return _in_range("forces", forces), _in_range("torques", torques)
+
+
+def elastic_energy(
+    positions: np.ndarray,
+    frames: np.ndarray,
+    *,
+    spacing: float,
+    stretch: float,
+    shear: float,
+    twist: float,
+    bend: float,
+    ends: Literal["free", "clamped", "periodic"] = "free",
+    measure: Literal["paper", "isotropic"] = "paper",
+) -> float:
+    """V = Σ_links (stretch + shear + twist + bend) of the elastic chain (paper, Appendix B).
+
+    Arguments and errors as for :func:`elastic_wrenches`.
+    """
+    r, e, elasticity = _read_chain(
+        positions, frames, spacing, stretch, shear, twist, bend, ends, measure
+    )
+    with np.errstate(all="ignore"):
+        energy = elasticity.energy(r, e)
+    return float(_in_range("energy", np.array(energy)))

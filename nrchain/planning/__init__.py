@@ -1,0 +1,1 @@
+"""What a scene foretells before it runs, and which effects it needs."""

@@ -1,0 +1,180 @@
+"""What a scene simulates, what it leaves out and what of it has no effect, in words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from nrchain.effects.flow import Flow, FlowSpec
+from nrchain.effects.registry import effects
+from nrchain.effects.slip import active_modes, reach_text
+from nrchain.effects.strain import Strain
+from nrchain.effects.strain_size import FiniteSizeOfStrain
+from nrchain.hydrodynamics import slip_modes
+from nrchain.hydrodynamics.slip import Slip
+from nrchain.planning.regime import warnings
+from nrchain.scene.scene import Scene, require_scene
+from nrchain.scene.sections import ElasticitySpec, FrictionSpec, SlipSpec, StartSpec
+from nrchain.wording import span
+
+Row = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Description:
+    """What a scene simulates and what it leaves out: (effect, one line) each, and warnings.
+
+    ``without_effect`` are the keys that differ from their default and change nothing, with why.
+    """
+
+    simulated: list[Row]
+    left_out: list[Row]
+    warnings: list[str]
+    without_effect: list[Row] = field(default_factory=list)
+
+
+def describe(scene: Scene) -> Description:
+    """The effects a scene names, those it does without, and whether it is in the beam limit."""
+    simulated: list[Row] = []
+    left_out: list[Row] = []
+    for effect in effects():
+        if effect.key.startswith(("slip.", "flow.", "friction.")):
+            continue
+        if effect.acts(require_scene(scene)):
+            simulated.append((effect.name, effect.detail(scene)))
+        else:
+            left_out.append((effect.name, effect.absence))
+    if scene.moduli.twist or scene.moduli.bend:
+        simulated.append(("measure of twist and bend", scene.elasticity.measure))
+    _describe_slip(scene, simulated, left_out)
+    _describe_flow(scene, simulated, left_out)
+    _describe_friction(scene, simulated, left_out)
+    left_out.append(("other effects", "Brownian motion"))
+    run = scene.run
+    simulated.append(("integrator", f"{run.integrator}, rtol {run.rtol:g}, atol {run.atol:g}"))
+    return Description(simulated, left_out, warnings(scene), without_effect(scene))
+
+
+def _describe_slip(scene: Scene, simulated: list[Row], left_out: list[Row]) -> None:
+    reach = scene.slip.neighbours
+    where = reach_text(reach)
+    for label, mode in scene.slip.modes.items():
+        strength = np.asarray(mode.strength)
+        text = span(f"{strength.min():g}", f"{strength.max():g}")
+        if np.any(strength):
+            simulated.append((f"slip {label}", f"strength {text}, {where}"))
+        else:
+            left_out.append((f"slip {label}", "strength 0"))
+    acting = active_modes(scene)
+    if not acting:
+        return
+    simulated.append(("pair laws of slip", scene.slip.backend))
+    if corrected := [label for label in acting if _has_finite_size(label)]:
+        (simulated if scene.slip.finite_size else left_out).append(
+            ("finite size", f"(a/r)² in the velocity of {', '.join(corrected)}")
+        )
+    if reach != "all":
+        left_out.append(("long range", f"slip flows beyond {where}"))
+
+
+def _describe_flow(scene: Scene, simulated: list[Row], left_out: list[Row]) -> None:
+    """The disturbance of a flow is spoken of where there is a flow, its parts where it acts."""
+    if not Flow.acts(scene):
+        left_out.append((Flow.name, Flow.absence))
+        return
+    simulated.append((Flow.name, Flow.detail(scene)))
+    if not Strain.acts(scene):
+        left_out.append((Strain.name, Strain.absence))
+        return
+    simulated.append((Strain.name, Strain.detail(scene)))
+    size, reach = FiniteSizeOfStrain, Flow.section(scene).neighbours
+    (simulated if size.acts(scene) else left_out).append((size.name, size.summary))
+    if reach != "all":
+        left_out.append(("long range of strain", f"disturbances beyond {reach_text(reach)}"))
+
+
+def _describe_friction(scene: Scene, simulated: list[Row], left_out: list[Row]) -> None:
+    friction = scene.friction
+    if friction.kind == "one-body":
+        simulated.append(("friction", "one-body"))
+        left_out.append(("friction between spheres", "Rotne–Prager–Yamakawa mobilities"))
+        return
+    where = reach_text(friction.neighbours)
+    simulated.append(("friction", f"pairwise, {where}, {friction.backend}"))
+    left_out.append(("near field", "lubrication and reflections, of order (a/r)⁴"))
+    if friction.neighbours != "all":
+        left_out.append(("long range of friction", f"mobilities beyond {where}"))
+
+
+def without_effect(scene: Scene) -> list[Row]:
+    """The keys of a scene that differ from their default and change nothing, each with why."""
+    rows = [*_inert_slip(scene), *_inert_flow(scene), *_inert_elasticity(scene)]
+    rows += _inert_start(scene)
+    friction = scene.friction
+    if friction.kind == "one-body":
+        for name in ("neighbours", "backend"):
+            if getattr(friction, name) != getattr(FrictionSpec(), name):
+                rows.append((friction.key(name), "friction.kind is 'one-body'"))
+    return rows
+
+
+def _inert_slip(scene: Scene) -> list[Row]:
+    rows, acting, slip = [], active_modes(scene), scene.slip
+    for label, mode in slip.modes.items():
+        if label not in acting and mode.axis != Slip(0.0).axis:
+            rows.append((f"{SlipSpec.key(label)}.axis", f"the strength of {label} is 0"))
+    if not acting:
+        changed = (n for n in slip.spellings() if getattr(slip, n) != getattr(SlipSpec(), n))
+        rows += [(slip.key(name), "no mode has a strength") for name in changed]
+    elif slip.finite_size and not any(_has_finite_size(label) for label in acting):
+        rows.append(("slip.finite_size", f"the flow of {', '.join(acting)} has no such correction"))
+    return rows
+
+
+def _inert_flow(scene: Scene) -> list[Row]:
+    """Of the disturbance, where the flow has no strain, or spheres do not disturb it."""
+    flow = Flow.section(scene)
+    if Strain.acts(scene):
+        return []
+    names, why = ["neighbours", "finite_size"], "flow.disturbance is false"
+    if not (flow.matrix + flow.matrix.T).any():
+        names, why = ["disturbance", *names], "flow.gradient strains nothing"
+    changed = (name for name in names if getattr(flow, name) != getattr(FlowSpec(), name))
+    return [(flow.key(name), why) for name in changed]
+
+
+def _inert_elasticity(scene: Scene) -> list[Row]:
+    rows, elasticity, moduli = [], scene.elasticity, scene.moduli
+    if elasticity.measure != ElasticitySpec().measure and not (moduli.twist or moduli.bend):
+        rows.append(("elasticity.measure", "no link resists twist or bend"))
+    if elasticity.ratio is not None and not moduli.bend:
+        rows.append(("elasticity.ratio", "elasticity.bend, which it multiplies, is 0"))
+    return rows
+
+
+_USED = {
+    "straight": (),
+    "sine": ("amplitude", "wavenumber"),
+    "helix-left": ("amplitude", "wavenumber"),
+    "helix-right": ("amplitude", "wavenumber"),
+    "random": ("amplitude", "seed"),
+    # the wave that is measured unless another one is named
+    "given": ("wavenumber",),
+}
+"""What a shape is made with."""
+
+
+def _inert_start(scene: Scene) -> list[Row]:
+    start = scene.start
+    given = [
+        name
+        for name in ("amplitude", "wavenumber", "seed")
+        if getattr(start, name) != getattr(StartSpec(), name) and name not in _USED[start.shape]
+    ]
+    return [(start.key(name), f"start.shape is {start.shape!r}") for name in given]
+
+
+def _has_finite_size(label: str) -> bool:
+    mode = slip_modes.find(label)
+    return mode.flow(finite_size=True) != mode.flow()

@@ -1,0 +1,73 @@
+"""r_i = (i d, y(i d), z(i d)): where the spheres of a chain start, and how close they come.
+
+Frames follow the curve: e₁ is its tangent and e₂, e₃ are turned from the lab axes by the smallest
+rotation that takes x to e₁, so that a start of small slope carries no twist. (The Frenet–Serret
+frame the paper names flips at the inflections of a sine and turns about e₁ along a helix.)
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nrchain.geometry import lie
+
+if TYPE_CHECKING:
+    from nrchain.scene.scene import Scene
+
+
+def initial_poses(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (N, 3) and frames (N, 3, 3) that the scene starts from."""
+    positions, frames = _shaped_poses(scene)
+    start = scene.start
+    if start.positions is not None:
+        positions = start.positions.values.copy()
+    if start.frames is not None:
+        frames = start.frames.values.copy()
+    return positions, frames
+
+
+def _shaped_poses(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """The poses of a shape, which are straight where those of the scene are given."""
+    count = scene.chain.particles
+    x = scene.chain.spacing * np.arange(count)
+    amplitude, q = scene.start.amplitude, scene.wavevector
+    offsets, slopes = np.zeros((count, 2)), np.zeros((count, 2))
+    shape = scene.start.shape
+    if shape == "sine":
+        offsets[:, 0], slopes[:, 0] = amplitude * np.sin(q * x), amplitude * q * np.cos(q * x)
+    elif shape in ("helix-right", "helix-left"):
+        hand = 1.0 if shape == "helix-right" else -1.0
+        offsets[:] = amplitude * np.stack([np.cos(q * x), hand * np.sin(q * x)], axis=1)
+        slopes[:] = amplitude * q * np.stack([-np.sin(q * x), hand * np.cos(q * x)], axis=1)
+    elif shape == "random":
+        offsets, slopes = _random_offsets(scene, count)
+    tangents = np.column_stack([np.ones(count), slopes])
+    tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
+    return np.column_stack([x, offsets]), frames_along(tangents)
+
+
+def _random_offsets(scene: Scene, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Independent normal offsets of the given amplitude, and their centred differences."""
+    rng = np.random.default_rng(scene.start.seed)
+    offsets = scene.start.amplitude * rng.standard_normal((count, 2))
+    if scene.chain.ends == "periodic":
+        neighbours = np.roll(offsets, -1, axis=0) - np.roll(offsets, 1, axis=0)
+        return offsets, neighbours / (2.0 * scene.chain.spacing)
+    if scene.chain.ends == "clamped":
+        offsets[0] = offsets[-1] = 0.0
+    slopes = np.gradient(offsets, scene.chain.spacing, axis=0)
+    if scene.chain.ends == "clamped":
+        slopes[0] = slopes[-1] = 0.0
+    return offsets, slopes
+
+
+def frames_along(tangents: np.ndarray) -> np.ndarray:
+    """Frames (N, 3, 3) with e₁ = ``tangents`` (N, 3), turned least from the lab axes."""
+    frames = np.empty((len(tangents), 3, 3))
+    rotation = np.empty((3, 3))
+    for i, tangent in enumerate(tangents):
+        lie.rotation_between(np.array([1.0, 0.0, 0.0]), tangent, rotation)
+        frames[i] = rotation.T
+    return frames

@@ -1,0 +1,294 @@
+"""Λ(q): the plane waves u_i, φ_i ∝ exp(i q d i + Λ t) of the infinite straight chain of a scene.
+
+The operator is built from the analytic Jacobian blocks of the simulation itself, taken on a
+straight stretch of chain: with B_m = ∂(v, ω)_i / ∂(u, φ)_{i+m},
+
+    M(q) = Σ_m B_m e^{imqd},      Λ = the eigenvalues of M,
+
+overdamped. Elasticity gives wrenches K(q), which friction turns into twists, and slip comes beside
+them: M = μ(q) K(q) + Σ_slip, with 1/γ_T and 1/γ_R on the diagonal of μ for one-body friction, and
+the Fourier sum of the pair mobilities beside them for friction between spheres. The infinite sums
+of all pairs are taken to rounding: on a line the blocks of a slip flow and the mobilities are sums
+of pure powers of the distance, and :mod:`nrchain.theory.lattice_sums` knows those. Forces between
+spheres add up to nothing, so that the 1/r of the mobilities has a sum at every q > 0 and no part at
+q = 0. A uniform force on every sphere adds Σ_m ∂(μ_m·F), which has a sum too; the velocity that it
+gives the chain has one where friction is cut. The number of spheres of the scene matters only
+through its stiffness rule.
+
+Frames. i is the index of a sphere, a material coordinate: a chain that translates at V0 is seen
+from along with it, and in coordinates fixed in space Λ becomes Λ − i q V0. A chain that spins at
+Ω0 about its axis has φ̇ = δω + Ω0 × φ in the lab (``frame="lab"``), where u and φ have lab
+components. In components along axes that spin with it (``frame="spinning"``), u̇ = δv − Ω0 × u and
+φ̇ = δω. A wave of hand ±, w_y ± i w_z for w = u and φ, is turned by Ω0 x̂ through e^{±iΩ0 t}, so
+
+    Λ(lab) = Λ(spinning) ± i Ω0    for the branches of hand ±,
+
+and the same Λ for the longitudinal ones. Rates and phase velocities read from the displacements of
+a simulated chain are those of the lab.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nrchain.effects.endless import has_sum
+from nrchain.errors import SceneError
+from nrchain.inputs.arguments import finite_array
+from nrchain.scene.scene import Scene, load_scene, require_scene
+from nrchain.theory.lattice_sums import Reach, power_sum
+from nrchain.theory.straight_chain import Complex, StraightChain
+
+Frame = Literal["lab", "spinning"]
+
+WAVENUMBERS = 64
+"""How many waves, from one over the chain to two spheres long, are tried for growth."""
+
+
+class Branch(IntEnum):
+    """The columns of :func:`lattice_rates`.
+
+    BEND and SHEAR are the acoustic and the optical transverse branch. PLUS is the hand of waves in
+    w_y + i w_z, on which x̂ × acts as +i: for q > 0 the right-handed helix (cos qx, sin qx); MINUS
+    is the other. Turning the sign of q swaps the hands: Λ_PLUS(−q) is the conjugate of Λ_MINUS(q).
+
+    Within a hand, BEND is the branch that goes over into the unsheared wave, in which the tangent
+    follows e_1, when its coupling to shear is taken away, and SHEAR the other: for q → 0 the BEND
+    rate vanishes and the SHEAR rate is the gap. STRETCH is the wave of u_x; TWIST that of φ_x.
+    """
+
+    BEND_PLUS = 0
+    BEND_MINUS = 1
+    STRETCH = 2
+    TWIST = 3
+    SHEAR_PLUS = 4
+    SHEAR_MINUS = 5
+
+    @property
+    def hand(self) -> int:
+        """+1 or −1, and 0 for the longitudinal branches."""
+        return 0 if self.name in ("STRETCH", "TWIST") else 1 if self.name.endswith("PLUS") else -1
+
+
+def chain_waves(scene: Scene) -> NDArray[np.float64]:
+    """q (WAVENUMBERS,): from π/(N d), one over the chain, to π/d, two spheres long."""
+    count, d = scene.chain.particles, scene.chain.spacing
+    return np.linspace(math.pi / (count * d), math.pi / d, WAVENUMBERS)
+
+
+def lattice_rates(scene: Scene, wavenumbers: ArrayLike, *, frame: Frame = "lab") -> Complex:
+    """Λ(q) (..., 6) of the infinite straight chain, in the columns of :class:`Branch`.
+
+    Parameters
+    ----------
+    wavenumbers
+        q, in 1/length: qd is the phase from one sphere to the next. Any shape, (n,) as a rule.
+    frame
+        ``"lab"`` or ``"spinning"``, see the module; they differ on a chain that spins.
+
+    The error is rounding, however stiff the chain is against stretch and shear: 1e-15 relative,
+    and some 3e-15/(qd)² for the bending waves of 3a, whose force cancels to that order. Where
+    body axes other than ±e_1 make the chain anisotropic the hands mix: each column is then the
+    branch with the largest share in that of the isotropic chain, and the error is 1e-16 of the
+    largest rate of all.
+
+    Raises :class:`~nrchain.errors.SceneError` for strengths that differ from sphere to sphere, for
+    a straight chain that is no steady state, a sum that diverges, and friction cut at a reach at
+    which its mobility is not positive definite, as it may be where spheres nearly touch.
+    """
+    chain, phases = _read(scene, wavenumbers)
+    soft = chain.soft_operator(phases)
+    _add_spin(chain, soft, frame)
+    reduced = _reduce(chain, soft, phases)
+    if not chain.isotropic:
+        return _matched_eigenvalues(reduced)
+    rates = np.empty((*phases.shape, 6), complex)
+    for bend, shear in (
+        (Branch.BEND_PLUS, Branch.SHEAR_PLUS),
+        (Branch.BEND_MINUS, Branch.SHEAR_MINUS),
+    ):
+        a, b = reduced[..., bend, bend], reduced[..., bend, shear]
+        c, d = reduced[..., shear, bend], reduced[..., shear, shear]
+        rates[..., bend], rates[..., shear] = _two_branches(a, b, c, d)
+    # turning a sphere about its own axis moves no fluid differently: u_x and φ_x are triangular
+    for branch in (Branch.STRETCH, Branch.TWIST):
+        rates[..., branch] = reduced[..., branch, branch]
+    return rates
+
+
+def lattice_operator(scene: Scene, wavenumbers: ArrayLike, *, frame: Frame = "lab") -> Complex:
+    """M(q) (..., 6, 6) with d/dt (u, φ) = M (u, φ), in cartesian components.
+
+    Arguments and errors as for :func:`lattice_rates`.
+    """
+    chain, phases = _read(scene, wavenumbers)
+    operator = chain.soft_operator(phases)
+    _add_spin(chain, operator, frame)
+    stiff = chain.elastic(phases, (scene.moduli.stretch, scene.moduli.shear, 0.0, 0.0))
+    return operator + chain.mobility(phases) @ stiff
+
+
+def steady_velocity(scene: Scene) -> NDArray[np.float64]:
+    """V0 (3,): the velocity at which the infinite straight chain translates, frames along the lab.
+
+    All pairs give ζ(3) = 1.202 times the nearest-neighbour value for 3t (paper, Eq. 3t_vel).
+    Errors as for :func:`lattice_rates`.
+    """
+    return StraightChain(scene).twist[:3]
+
+
+def steady_rotation(scene: Scene) -> NDArray[np.float64]:
+    """Ω0 (3,), along x: the angular velocity at which the infinite straight chain spins.
+
+    All pairs give ζ(5) = 1.037 times the nearest-neighbour value for 4a (paper, Eq. 4a_ang_vel).
+    Errors as for :func:`lattice_rates`.
+    """
+    return StraightChain(scene).twist[3:]
+
+
+def steady_stress(scene: Scene, spheres: int | None = None) -> NDArray[np.float64]:
+    """(F, T) (6,): the slip force and torque of all spheres right of a cut on all left of it.
+
+    γ_T and γ_R times the velocities and angular velocities induced, each torque about its own
+    sphere; for modes that push the chain as a whole the other side is acted on differently. Right
+    on left is the sign of a stress, and that of the paper's prestress (Eq. 2s_prestress); its
+    pre-moment (Eq. 3a_pretorque) is left on right.
+
+    ``spheres`` is how many there are on either side, endless when None. A pair at distance m
+    crosses m cuts: all pairs of an endless 2s chain give an infinite force. Friction between
+    spheres, fields and flows have no part in it. Errors as for :func:`lattice_rates`.
+    """
+    alone = {name: None for name in require_scene(scene).further}
+    chain = StraightChain(load_scene(scene, friction="one-body", **alone))
+    friction = np.repeat(scene.drag, 3)
+    stress = np.zeros(6)
+    for power, sides in chain.twists.items():
+        pairs = _crossing_pairs(power, chain.reach, spheres)
+        acting = sides[0] != 0.0
+        stress[acting] += (friction * sides[0])[acting] * pairs
+    return stress
+
+
+def _read(scene: Scene, wavenumbers: ArrayLike) -> tuple[StraightChain, NDArray[np.float64]]:
+    """The chain and the phases qd."""
+    waves = finite_array("wavenumbers", wavenumbers)
+    return StraightChain(scene), waves * scene.chain.spacing
+
+
+def _crossing_pairs(power: int, reach: Reach, spheres: int | None) -> float:
+    """Σ over the pairs across a cut of 1/m^power."""
+    if spheres is None:
+        return power_sum(power - 1, reach)
+    longest = 2 * spheres - 1 if reach == "all" else min(reach, 2 * spheres - 1)
+    m = np.arange(1.0, longest + 1)
+    return float(np.sum(np.minimum(m, 2 * spheres - m) * m**-power))
+
+
+def _add_spin(chain: StraightChain, operator: Complex, frame: Frame) -> None:
+    """Add Ω0 × φ (lab) or −Ω0 × u (spinning axes) to M, in place."""
+    spin = chain.twist[3]
+    if spin and chain.turning and chain.fixed:
+        allowed = (
+            "turns what makes the chain anisotropic against what stays as it is in the lab: there"
+            " are no axes with steady coefficients"
+        )
+        raise SceneError("steady rotation", float(spin), allowed)
+    if frame == "lab":
+        if spin and chain.turning:
+            allowed = (
+                "an anisotropic chain that spins has steady coefficients only in axes that"
+                " spin with it: pass frame='spinning'"
+            )
+            raise SceneError("frame", frame, allowed)
+        operator[..., 4, 5] -= spin
+        operator[..., 5, 4] += spin
+    elif frame == "spinning":
+        if spin and chain.fixed:
+            allowed = (
+                "a chain that spins past what stays as it is in the lab has steady coefficients"
+                " only there: pass frame='lab'"
+            )
+            raise SceneError("frame", frame, allowed)
+        operator[..., 1, 2] += spin
+        operator[..., 2, 1] -= spin
+    else:
+        raise SceneError("frame", frame, "must be 'lab' or 'spinning'")
+
+
+def _reduce(chain: StraightChain, soft: Complex, phases: np.ndarray) -> Complex:
+    """Q† L⁻¹ M L Q with L L† = μ, in the order of :class:`Branch`.
+
+    Stretch and shear act on three strains alone, −μ g g†, so that a unitary basis made of the
+    strains L† g and of the directions across them holds the stiffness in three entries of the
+    diagonal. The soft rates are then as exact as if it were absent.
+    """
+    moduli, root = chain.scene.moduli, _root(chain, phases)
+    adjoint = root.conj().swapaxes(-1, -2)
+    basis = np.zeros((*phases.shape, 6, 6), complex)
+    basis[..., 0, Branch.STRETCH] = basis[..., 3, Branch.TWIST] = 1.0
+    stretch, shear = (
+        adjoint @ chain.elastic(phases, tuple(alone)) @ root for alone in np.eye(len(moduli))[:2]
+    )
+    stiff = {Branch.STRETCH: moduli.stretch * stretch[..., 0, 0].real}
+    for hand, bend, sheared in (
+        (1, Branch.BEND_PLUS, Branch.SHEAR_PLUS),
+        (-1, Branch.BEND_MINUS, Branch.SHEAR_MINUS),
+    ):
+        # fields w with w_y ∓ i w_z = 0 and x̂ × w = ± i w
+        unit = np.zeros((6, 2), complex)
+        unit[1, 0] = unit[4, 1] = math.sqrt(0.5)
+        unit[2, 0] = unit[5, 1] = -1j * hand * math.sqrt(0.5)
+        pair = unit.conj().T @ shear @ unit
+        larger = np.argmax(np.abs([pair[..., 0, 0], pair[..., 1, 1]]), axis=0)
+        strain = np.take_along_axis(pair, larger[..., None, None], axis=-1)[..., 0]
+        strain /= np.linalg.norm(strain, axis=-1, keepdims=True)
+        across = np.stack([strain[..., 1].conj(), -strain[..., 0].conj()], axis=-1)
+        basis[..., sheared] = strain @ unit.T
+        basis[..., bend] = across @ unit.T
+        stiff[sheared] = moduli.shear * np.trace(pair, axis1=-2, axis2=-1).real
+    reduced = basis.conj().swapaxes(-1, -2) @ np.linalg.solve(root, soft @ root) @ basis
+    for branch, rate in stiff.items():
+        reduced[..., branch, branch] += rate
+    return reduced
+
+
+def _root(chain: StraightChain, phases: np.ndarray) -> Complex:
+    """L of μ = L L†, which keeps the hands apart and along x from across, as μ does."""
+    try:
+        return np.linalg.cholesky(chain.mobility(phases)).astype(complex, copy=False)
+    except np.linalg.LinAlgError:
+        allowed = (
+            "cut there, the mobility of spheres this close is not positive definite: name more"
+            " neighbours"
+        )
+        if has_sum(chain.scene, "friction.neighbours"):
+            allowed += ", or 'all'"
+        reach = chain.scene.friction.neighbours
+        raise SceneError("friction.neighbours", reach, allowed) from None
+
+
+def _two_branches(a, b, c, d) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues of [[a, b], [c, d]], that next to a first, free of differences that cancel."""
+    half = (a - d) / 2.0
+    root = np.sqrt(half * half + b * c)
+    root = np.where((half.conj() * root).real < 0.0, -root, root)
+    denominator = half + root
+    apart = denominator != 0.0
+    shift = np.divide(b * c, denominator, out=np.zeros_like(root), where=apart)
+    return a + shift, d - shift
+
+
+def _matched_eigenvalues(reduced: Complex) -> Complex:
+    """Eigenvalues of the reduced operator, each in the column of its largest share."""
+    from scipy.optimize import linear_sum_assignment
+
+    values, vectors = np.linalg.eig(reduced)
+    rates = np.empty(values.shape, complex)
+    for index in np.ndindex(values.shape[:-1]):
+        rows, columns = linear_sum_assignment(-(np.abs(vectors[index]) ** 2))
+        rates[index][rows] = values[index][columns]
+    return rates

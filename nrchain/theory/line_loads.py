@@ -1,0 +1,254 @@
+"""T_i = Σ_{j≤i} f_j: what every link of the straight chain carries, and how it swims and spins.
+
+On the straight chain slip, fields and flows give sphere j the velocity u_j along it. Links that do
+not stretch let all spheres move with one velocity V, and the forces f_j with which they act on the
+spheres make up the difference, through the friction μ that the scene names:
+
+    Σ_k μ_jk f_k + u_j = V,      Σ_j f_j = 0      (free and periodic ends)
+    Σ_k μ_jk f_k + u_j = 0                        (clamped ends, f with that of the supports).
+
+With one-body friction f_j = γ_T (V − u_j): the tension T_i of the link from i to i + 1, positive
+where it pulls, is the drag that the spheres 0 … i share less the forces on them. Held ends and a
+period leave one constant open, which the links close: their extensions add up to nothing. Torques
+about the chain give its spin Ω and the moment that each link carries in the same way.
+
+The law is exact for strengths that differ from sphere to sphere. Spheres are at their rest distance
+d: what links give way is of the next order in T/λ∥d (:mod:`nrchain.theory.straight_state`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nrchain.effects.base import Effect
+from nrchain.effects.elasticity import elasticity_of
+from nrchain.effects.registry import acting
+from nrchain.errors import SceneError
+from nrchain.hydrodynamics.friction import PairFriction
+from nrchain.motion.model import Model
+from nrchain.potential.chain import REACH
+from nrchain.scene.scene import Scene, load_scene, require_scene
+from nrchain.wording import brief
+
+ACROSS = 1e-10
+"""Velocities across a chain below this part of the largest that add up to them are rounding."""
+
+ACCURACY = 1e-12
+"""Relative residual to which forces through friction between spheres are solved for."""
+
+ROUNDING = 1e-12
+"""Differences of velocities below this part of them are rounding."""
+
+Extension = Callable[[np.ndarray], float]
+
+_ALONG = (0, 3)
+"""The components of a twist or wrench that a straight chain has: along x and about x."""
+
+
+@dataclass(frozen=True)
+class LineLoads:
+    """What the links of a straight chain carry at its rest length.
+
+    Attributes
+    ----------
+    tension, moment
+        (L,) of each link: the force that pulls its spheres together, and the torque about x with
+        which the sphere ahead acts on that behind. N − 1 links, or N on a periodic chain.
+    velocity, spin
+        (3,) and the rate about x, of the chain as a whole; zero between clamped ends.
+    """
+
+    tension: np.ndarray
+    moment: np.ndarray
+    velocity: np.ndarray
+    spin: float
+
+    __repr__ = brief
+
+
+def line_loads(scene: Scene) -> LineLoads:
+    """T_i = Σ_{j≤i} f_j and m_i = Σ_{j≤i} τ_j, with V and Ω, of the straight chain of a scene.
+
+    Raises :class:`~nrchain.errors.SceneError` where the chain does not stay straight: what acts on
+    it moves its spheres apart across it, or turns them.
+
+    >>> from nrchain import load_scene
+    >>> halves = {"slip.3t": [500.0] * 8 + [-500.0] * 8, "slip.2s": None, "run.end": 1.0}
+    >>> round(line_loads(load_scene("wave", **{"chain.particles": 16, **halves})).tension[7], 1)
+    -49.7
+    """
+    loose = without_links(require_scene(scene))
+    poses = straight_poses(scene)
+    twists = Model(loose).twists(*poses)
+    refuse_bending(loose, poses, twists)
+    clamped = scene.chain.ends == "clamped"
+    mobility = _mobility(scene, poses[0])
+    found = []
+    for component, compliance in zip(_ALONG, _compliances(scene), strict=True):
+        held = _constraint(mobility, component, twists[:, component], not clamped)
+        through = np.cumsum(held)[: len(held) - (scene.chain.ends != "periodic")]
+        if scene.chain.ends != "free":
+            through = through - held[0] * clamped
+            through = through - compliance(through) / compliance(np.ones_like(through))
+        wrench = np.zeros((len(held), 6))
+        wrench[:, component] = held
+        moved = twists + mobility(wrench)
+        found.append((through, 0.0 if clamped else float(moved[:, component].mean())))
+    (tension, speed), (moment, spin) = found
+    across = np.zeros(2) if clamped else twists[:, 1:3].mean(axis=0)
+    return LineLoads(tension, moment, np.array([speed, *across]), spin)
+
+
+def without_links(scene: Scene) -> Scene:
+    """The scene of the same spheres, held by nothing: no springs and no clamps."""
+    slack = {f"elasticity.{name}": 0.0 for name in ("stretch", "shear", "twist", "bend")}
+    ends = "free" if scene.chain.ends == "clamped" else scene.chain.ends
+    return load_scene(scene, **{"elasticity.ratio": None, **slack, "chain.ends": ends})
+
+
+def straight_poses(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (N, 3), i d along x, and frames (N, 3, 3) along the lab."""
+    count = scene.chain.particles
+    positions = np.zeros((count, 3))
+    positions[:, 0] = scene.chain.spacing * np.arange(count)
+    return positions, np.broadcast_to(np.eye(3), (count, 3, 3)).copy()
+
+
+def refuse_bending(scene: Scene, poses: tuple[np.ndarray, np.ndarray], twists: np.ndarray) -> None:
+    """Raise for twists (N, 6) that turn the spheres of a straight chain, or part them, across it.
+
+    All may drift alike, unless the ends are clamped.
+    """
+    if not _bends(scene, twists):
+        return
+    model = Model(scene)
+    causes = [cls for cls in acting(scene) if _bends(scene, _twists_of(cls, scene, model, poses))]
+    allowed = (
+        "turns or moves the spheres of the straight chain across it, so that it does not stay"
+        f" straight: at up to {np.abs(_across(scene, twists)).max():.3g}"
+    )
+    cause = causes[0] if causes else None
+    if cause is None or cause.key.startswith("slip"):
+        axes = {label: slip.axis for label, slip in scene.slip.modes.items()}
+        raise SceneError("slip", axes, f"with these axes it {allowed}")
+    raise SceneError(cause.key, cause.detail(scene), allowed)
+
+
+def _across(scene: Scene, twists: np.ndarray) -> np.ndarray:
+    """(N, 4): the velocities across the chain that are not shared, and a ω across it."""
+    velocities = twists[:, 1:3]
+    if scene.chain.ends != "clamped":
+        velocities = velocities - velocities.mean(axis=0)
+    return np.hstack([velocities, scene.chain.radius * twists[:, 4:]])
+
+
+def _bends(scene: Scene, twists: np.ndarray) -> bool:
+    scale = np.abs(twists * np.repeat([1.0, scene.chain.radius], 3)).max(initial=0.0)
+    return bool(np.abs(_across(scene, twists)).max(initial=0.0) > ACROSS * scale)
+
+
+def _twists_of(
+    cls: type[Effect], scene: Scene, model: Model, poses: tuple[np.ndarray, np.ndarray]
+) -> np.ndarray:
+    """What one effect gives every sphere by itself; nothing for those that are part of others."""
+    out = np.zeros((model.count, 6))
+    if cls.fused or cls.gives == "mobility":
+        return out
+    if cls.gives == "twist":
+        cls(scene).add_twists(*poses, out)
+        return out
+    cls(scene).add_wrenches(*poses, out)
+    return model.mobile_twists(poses[0], out)
+
+
+def _compliances(scene: Scene) -> tuple[Extension, Extension]:
+    """For forces and for torques: the extension that loads (L,) of the links add up to."""
+    if scene.chain.ends == "clamped":
+        return _extension_between_clamps(scene), np.sum
+    return np.sum, np.sum
+
+
+def _extension_between_clamps(scene: Scene) -> Extension:
+    """Loads (L,) ↦ λ∥ Σ extensions: links of four spheres and of two give way differently."""
+    unit = elasticity_of(scene, (1.0, 0.0, 0.0, 0.0), ("stretch",))
+    blocks = np.zeros((scene.chain.particles, 2 * REACH + 1, 6, 6))
+    unit.add_jacobian(*straight_poses(scene), blocks)
+    # the last sphere is pulled and the first is held: its shift is the sum of all extensions
+    stiffness = from_blocks(-blocks[:, :, :1, :1], periodic=False)[1:, 1:]
+    factors = sparse_factors(stiffness)
+
+    def extension(loads: np.ndarray) -> float:
+        pulled = np.append(loads[:-1] - loads[1:], loads[-1])
+        return float(factors.solve(pulled)[-1])
+
+    return extension
+
+
+def sparse_factors(matrix: Any) -> Any:
+    """The factors of a sparse matrix; FloatingPointError for one that is singular to rounding."""
+    from scipy.sparse.linalg import splu
+
+    try:
+        return splu(matrix.tocsc())
+    except RuntimeError as error:
+        raise FloatingPointError(f"the straight chain has no sound factors: {error}") from None
+
+
+def from_blocks(blocks: np.ndarray, *, periodic: bool) -> Any:
+    """The sparse matrix (kN, kN) of blocks (N, 2w + 1, k, k), of sphere i with sphere i + m − w."""
+    from scipy.sparse import coo_array
+
+    count, width, size = blocks.shape[:3]
+    i, m, p, q = np.indices(blocks.shape)
+    j = i + m - width // 2
+    inside = np.ones_like(j, bool) if periodic else (j >= 0) & (j < count)
+    places = ((size * i + p)[inside], (size * (j % count) + q)[inside])
+    return coo_array((blocks[inside], places), shape=(size * count, size * count)).tocsc()
+
+
+def _mobility(scene: Scene, positions: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """W (N, 6) ↦ μ·W (N, 6) at these positions, clamps left out."""
+    chain, friction = scene.chain, scene.friction
+    if friction.kind == "one-body":
+        return lambda wrenches: wrenches / np.repeat(scene.drag, 3)
+    reach = None if friction.neighbours == "all" else friction.neighbours
+    period = scene.length if chain.ends == "periodic" else 0.0
+    pairs = PairFriction(chain.particles, reach, chain.radius, chain.viscosity, period)
+
+    def apply(wrenches: np.ndarray) -> np.ndarray:
+        twists = np.zeros_like(wrenches)
+        pairs.apply(positions, wrenches, twists)
+        return twists
+
+    return apply
+
+
+def _constraint(
+    mobility: Callable[[np.ndarray], np.ndarray], component: int, given: np.ndarray, balanced: bool
+) -> np.ndarray:
+    """f (N,) with μ f + u the same everywhere, and Σ f = 0; or with μ f + u = 0."""
+    from scipy.sparse.linalg import LinearOperator, cg
+
+    def shared(values: np.ndarray) -> np.ndarray:
+        return values - values.mean() if balanced else values
+
+    def apply(loads: np.ndarray) -> np.ndarray:
+        wrenches = np.zeros((len(loads), 6))
+        wrenches[:, component] = shared(loads)
+        return shared(mobility(wrenches)[:, component])
+
+    target = -shared(given)
+    unit = np.zeros((len(given), 6))
+    unit[0, component] = 1.0
+    own, size = float(mobility(unit)[0, component]), float(np.abs(target).max())
+    if size <= ROUNDING * float(np.abs(given).max()):
+        return np.zeros_like(target)
+    operator = LinearOperator((len(target),) * 2, matvec=lambda v: apply(v) / own, dtype=float)
+    found, left = cg(operator, shared(target / size), rtol=ACCURACY, maxiter=10 * len(target))
+    if left:
+        raise FloatingPointError("no forces that keep the chain straight are found")
+    return shared(found) * (size / own)

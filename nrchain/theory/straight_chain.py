@@ -1,0 +1,255 @@
+"""What the infinite straight chain of a scene is made of: pair twists and blocks, and its motion.
+
+On a line, the twist that a slip flow gives a sphere m places away and the derivative of that twist
+are sums of pure powers of m; so is the mobility of friction between them. Their coefficients are
+read off the code of the simulation, evaluated on two spheres at a few distances, mode by mode; its
+elastic blocks, on a short ring of spheres.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nrchain.effects.base import Effect
+from nrchain.effects.endless import refuse_reach
+from nrchain.effects.registry import acting
+from nrchain.errors import SceneError
+from nrchain.hydrodynamics import slip_modes
+from nrchain.hydrodynamics.slip import Slip
+from nrchain.motion.model import Model
+from nrchain.potential.chain import REACH, TERMS, Elasticity, terms_of
+from nrchain.scene.scene import (
+    NO_SUM,
+    ChainSpec,
+    ElasticitySpec,
+    RunSpec,
+    Scene,
+    SlipSpec,
+    require_scene,
+)
+from nrchain.theory.lattice_sums import (
+    MOST_TERMS,
+    STRIDE,
+    Reach,
+    cosine_defect,
+    cosine_sum,
+    power_sum,
+    sine_sum,
+    take_apart,
+)
+from nrchain.theory.line_mobility import LineMobility, Sides
+
+Complex = NDArray[np.complex128]
+
+_NO_ELASTICITY = ElasticitySpec(stretch=0.0, shear=0.0, twist=0.0, bend=0.0)
+
+_QUARTER = np.kron(np.eye(2), [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+"""A quarter turn about the chain, of (u, φ)."""
+
+
+class StraightChain:
+    """The infinite straight chain of a scene: pair twists and blocks as powers of the distance.
+
+    ``twists[s]`` (2, 6) and ``blocks[s]`` (2, 6, 6) are the coefficients of 1/m^s in the twist,
+    and in its derivative, that the slip of the sphere m places to the right (row 0) or left (row 1)
+    gives. ``between`` holds the mobilities of friction between spheres, None with one-body
+    friction, and ``dragged[s]`` the coefficients in the derivative of the twist that the uniform
+    wrench on each sphere gives the others through them. ``own`` and ``own_wrench`` (6, 6) are the
+    derivatives of what uniform effects do to each sphere. No other wrench acts on a sphere of the
+    straight chain, so that a change of the mobility moves none.
+
+    ``turning`` and ``fixed`` say what makes the chain anisotropic: axes and forces that turn with
+    the spheres, and what stays in the lab.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = require_scene(scene)
+        self.reach: Reach = scene.slip.neighbours
+        self.twists: Sides = {}
+        self.blocks: Sides = {}
+        self.dragged: Sides = {}
+        self.twist = np.zeros(6)
+        self.turning = self.fixed = False
+        self.friction = np.repeat(scene.drag, 3)
+        self.between: LineMobility | None = None
+        if scene.friction.kind == "pairwise":
+            refuse_reach(scene, "friction.neighbours", scene.friction.neighbours, MOST_TERMS)
+            self.between = LineMobility(scene.chain, scene.friction.neighbours)
+        refuse_reach(scene, "slip.neighbours", self.reach, MOST_TERMS)
+        for label, slip in scene.slip.modes.items():
+            strengths = np.unique(np.atleast_1d(slip.strength))
+            if len(strengths) > 1:
+                allowed = "must be one number for all spheres: a plane wave needs a uniform chain"
+                raise SceneError(SlipSpec.key(label), slip.strength, allowed)
+            if strengths[0] != 0.0:
+                self.turning |= not slip.axis[1] == slip.axis[2] == 0.0
+                self._add_mode(label, float(strengths[0]), slip.axis)
+        self.own, self.own_wrench = np.zeros((2, 6, 6))
+        self._check_steady()
+        for effect in acting(scene):
+            if not effect.fused:
+                self._add_effect(effect)
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether a turn about the chain changes nothing."""
+        return not (self.turning or self.fixed)
+
+    def _add_mode(self, label: str, strength: float, axis) -> None:
+        """Evaluate the pairs of a mode at several distances, and take their powers apart."""
+        mode, spacing = slip_modes.find(label), self.scene.chain.spacing
+        finite_size = self.scene.slip.finite_size
+        flow = sorted({k for _, k in mode.flow(finite_size)})
+        spin = sorted({k for _, k in mode.spin(finite_size)})
+        samples = max(len(flow), len(spin))
+        twists, blocks = np.empty((samples, 2, 6)), np.empty((samples, 2, 3, 6, 6))
+        for n in range(samples):
+            pair = _straight_pair(
+                replace(self.scene.chain, particles=2, spacing=spacing * STRIDE**n, ends="free"),
+                slip=SlipSpec(modes={label: Slip(strength, axis)}, finite_size=finite_size),
+            )
+            twists[n], blocks[n] = _twists_and_blocks(pair)
+        across = np.stack([blocks[:, 0, 2], blocks[:, 1, 0]], axis=1)
+        for rows, powers in ((slice(0, 3), flow), (slice(3, 6), spin)):
+            for columns, shift in ((slice(0, 3), 1), (slice(3, 6), 0)):
+                part = across[:, :, rows, columns]
+                for power, share in take_apart(part, [k + shift for k in powers]).items():
+                    sides = self.blocks.setdefault(power, np.zeros((2, 6, 6)))
+                    sides[:, rows, columns] += share
+            for power, share in take_apart(twists[:, :, rows], powers).items():
+                self.twists.setdefault(power, np.zeros((2, 6)))[:, rows] += share
+
+    def _add_effect(self, effect: type[Effect]) -> None:
+        """Add what every sphere feels by its own pose, all alike, to the motion and its derivative.
+
+        What depends on the place of a sphere is taken for fixed in the lab, and what depends on
+        its turns for turning with it.
+        """
+        given, own = effect.straight(self.scene)
+        if np.any(given[4:]):
+            allowed = (
+                "turns every sphere of the straight chain across it: it does not stay straight"
+            )
+            raise SceneError(effect.key, effect.detail(self.scene), allowed)
+        self.fixed |= _is_anisotropic(own[:, :3])
+        self.turning |= _is_anisotropic(own[:, 3:])
+        if effect.gives == "twist":
+            self.twist += given
+            self.own += own
+            return
+        self.twist += given / self.friction
+        self.own_wrench += own
+        if self.between is not None and given.any():
+            self.twist += self.between.twist(given)
+            for power, sides in self.between.blocks(given).items():
+                self.dragged[power] = self.dragged.get(power, 0.0) + sides
+            # a force across the chain, less the part that turns with the spheres
+            turned = own[:3, 3]
+            self.fixed |= bool(given[1] != turned[2] or given[2] != -turned[1])
+
+    def _check_steady(self) -> None:
+        """Find V0 and Ω0, and refuse a straight chain that does not stay one."""
+        scale = np.zeros(6)
+        for power, sides in self.twists.items():
+            both = sides[0] + sides[1]
+            pushed = np.abs(both) > 1e-14 * np.abs(sides).sum(axis=0)
+            total = power_sum(power, self.reach)
+            if pushed.any() and math.isinf(total):
+                self._refuse_sum()
+            self.twist[pushed] += both[pushed] * total
+            scale += np.abs(sides).sum(axis=0)
+        if np.abs(self.twist[4:]).max() > 1e-12 * scale[3:].max():
+            axes = {label: slip.axis for label, slip in self.scene.slip.modes.items()}
+            allowed = (
+                "with these axes every sphere of the straight chain turns about an axis across it,"
+                f" at {self.twist[3:].tolist()}: it has no straight steady state to linearise about"
+            )
+            raise SceneError("slip", axes, allowed)
+
+    def _refuse_sum(self) -> None:
+        raise SceneError("slip.neighbours", self.reach, NO_SUM)
+
+    def mobility(self, phases: np.ndarray) -> Complex:
+        """μ(q) (..., 6, 6) in (u̇, φ̇) = μ (F, T), Hermitian; (6, 6) with one-body friction."""
+        operator = np.diag(1.0 / self.friction).astype(complex)
+        return operator if self.between is None else operator + self.between.waves(phases)
+
+    def soft_operator(self, phases: np.ndarray) -> Complex:
+        """M in the lab without its stretch and shear, and with no Ω0 × φ yet."""
+        moduli = self.scene.moduli
+        bend = self.elastic(phases, (0.0, 0.0, moduli.twist, moduli.bend))
+        operator = self.mobility(phases) @ (bend + self.own_wrench) + self.own
+        self._add_waves(operator, self.blocks, phases, self.reach)
+        if self.between is not None:
+            self._add_waves(operator, self.dragged, phases, self.between.reach)
+        return operator
+
+    def _add_waves(
+        self, operator: Complex, blocks: Sides, phases: np.ndarray, reach: Reach
+    ) -> None:
+        """operator += Σ_m B_m (e^{imθ} − 1) of displacements, Σ_m B_m e^{imθ} of rotations."""
+        for power, (right, left) in blocks.items():
+            even, odd = right + left, right - left
+            even[np.abs(even) < 1e-14 * np.abs(odd)] = 0.0
+            sine = sine_sum(power, phases, reach)[..., None, None]
+            operator += 1j * odd * sine
+            if even[:, :3].any():
+                defect = cosine_defect(power, phases, reach)[..., None, None]
+                operator[..., :3] -= even[:, :3] * defect
+            if even[:, 3:].any():
+                cosine = cosine_sum(power, phases, reach)[..., None, None]
+                if not np.isfinite(cosine).all():
+                    self._refuse_sum()
+                operator[..., 3:] += even[:, 3:] * cosine
+
+    def elastic(self, phases: np.ndarray, moduli: tuple[float, ...]) -> Complex:
+        """K(q) (..., 6, 6): the wrenches (F, T) = K (u, φ) that these moduli give."""
+        # terms of no modulus are kept for the sake of kernels that the simulation has compiled
+        kept = {*terms_of(self.scene.moduli), *terms_of(moduli)}
+        terms = tuple(term for term in TERMS if term in kept)
+        chain, count = self.scene.chain, 2 * REACH + 1
+        isotropic = self.scene.elasticity.measure == "isotropic"
+        ring = Elasticity(chain.spacing, count * chain.spacing, moduli, isotropic, terms)
+        blocks = np.zeros((count, count, 6, 6))
+        ring.add_jacobian(*_straight_poses(count, chain.spacing), blocks)
+        row = blocks[0]
+        centre = len(row) // 2
+        total = row.sum(axis=0)
+        # a uniform displacement or shear pulls each sphere both ways alike: all but rounding
+        total[:, :3] = total[:3] = 0.0
+        operator = np.zeros((*phases.shape, 6, 6), complex) + total
+        for m in range(1, centre + 1):
+            right, left = row[centre + m], row[centre - m]
+            phase = m * phases[..., None, None]
+            operator -= (right + left) * (2.0 * np.sin(phase / 2.0) ** 2)
+            operator += 1j * (right - left) * np.sin(phase)
+        return operator
+
+
+def _is_anisotropic(half: np.ndarray) -> bool:
+    """Whether a quarter turn about the chain changes the columns (6, 3) of u, or of φ."""
+    turned = _QUARTER @ half @ _QUARTER[:3, :3].T
+    return not np.allclose(turned, half, rtol=1e-14, atol=0.0)
+
+
+def _straight_pair(chain: ChainSpec, slip: SlipSpec) -> Scene:
+    return Scene(chain=chain, elasticity=_NO_ELASTICITY, slip=slip, run=RunSpec(end=1.0))
+
+
+def _straight_poses(count: int, spacing: float) -> tuple[np.ndarray, np.ndarray]:
+    positions = np.zeros((count, 3))
+    positions[:, 0] = spacing * np.arange(count)
+    return positions, np.broadcast_to(np.eye(3), (count, 3, 3)).copy()
+
+
+def _twists_and_blocks(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Twists (N, 6) and Jacobian blocks (N, 2w + 1, 6, 6) of a straight chain along x."""
+    model = Model(scene)
+    positions, frames = _straight_poses(model.count, scene.chain.spacing)
+    blocks = np.empty((model.count, 2 * model.reach + 1, 6, 6))
+    model.linearise(positions, frames, blocks)
+    return model.twists(positions, frames), blocks

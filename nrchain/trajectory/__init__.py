@@ -1,0 +1,1 @@
+"""The file of a run: layout, writing, reading, and who may write."""

@@ -1,0 +1,163 @@
+"""A picture of what every effect does: along the chain at the last state, and over time.
+
+Sizes span orders of magnitude, and are drawn on a logarithmic scale: |v| and a|ω| of every sphere,
+and √⟨|v|² + a²|ω|²⟩ over the run. What vanishes is not drawn.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nrchain.analysis.decomposition import Decomposition
+from nrchain.errors import TrajectoryError
+from nrchain.trajectory.trajectory import Trajectory
+from nrchain.view.drawing import (
+    INK,
+    LINE,
+    PALE,
+    PAPER,
+    TEXT,
+    TITLE,
+    letters,
+    new_figure,
+    picture_path,
+    require_matplotlib,
+    save,
+    style,
+    write_title,
+)
+from nrchain.view.plots import DISCERNIBLE
+
+LEAST = 1e-12
+"""Parts of the largest size that are rounding, and are not drawn."""
+
+DASHES = ("-", (0, (4, 1.5)), (0, (1.5, 1)))
+"""Lines in turn, so that of two that coincide both are seen."""
+
+MOST_TIMES = 200
+"""Snapshots that are taken apart at most."""
+
+
+def draw_effects(trajectory: Trajectory, path: str | Path) -> Path:
+    """Draw every effect's twist along the chain at the last state, and its size over time.
+
+    Returns the path, whose ending chooses PNG, PDF or SVG. A file that exists is replaced. Raises
+    :class:`~nrchain.errors.SceneError` for another ending, and
+    :class:`~nrchain.errors.TrajectoryError` if there is nothing to draw.
+    """
+    path = picture_path(path)
+    if not len(trajectory.time):
+        raise TrajectoryError("the trajectory has no finished snapshot to draw")
+
+    require_matplotlib()
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    room = ConstrainedLayoutEngine(h_pad=0.04167, w_pad=0.04167, hspace=0.02, wspace=0.02)
+    figure = new_figure(9.0, 4.6, room)
+    left, right = list(figure.subfigures(1, 2, squeeze=False).flat)
+    lines = _draw_along(left.subplots(2, 1, sharex=True), trajectory)
+    _draw_over_time(right.subplots(), trajectory)
+    figure.legend(
+        lines.values(),
+        lines.keys(),
+        loc="outside lower center",
+        ncols=min(len(lines), 6),
+        frameon=False,
+        fontsize=TEXT,
+        labelcolor=INK,
+    )
+    for part in (left, right):
+        part.set(facecolor=PAPER, edgecolor=PAPER)
+    title = letters(trajectory.scene.title)
+    figure.suptitle(title, fontsize=TITLE, fontweight="bold", color=INK)
+    save(figure, path)
+    return path
+
+
+def _draw_along(panels: Any, trajectory: Trajectory) -> dict[str, Any]:
+    """|v| and a|ω| of every effect at the last snapshot, sphere by sphere; lines by name."""
+    scene = trajectory.scene
+    found = Decomposition(scene).at(trajectory.positions[-1], trajectory.frames[-1])
+    twists = {name: part.twist for name, part in found.items()} | {"total": found.total.twist}
+    spheres = np.arange(scene.chain.particles)
+    marker = "." if len(spheres) <= DISCERNIBLE else ""
+    lines = {}
+    for axes in panels:
+        style(axes)
+    for axes, columns, factor in (
+        (panels[0], slice(0, 3), 1.0),
+        (panels[1], slice(3, 6), scene.chain.radius),
+    ):
+        sizes = {n: factor * np.linalg.norm(t[:, columns], axis=1) for n, t in twists.items()}
+        for name, values in _above_rounding(sizes).items():
+            look = _look(name, list(twists)) | {
+                "marker": marker,
+                "markersize": 3,
+                "markeredgewidth": 1.0,
+            }
+            lines[name], *_ = axes.plot(spheres, values, **look)
+        _finish(axes, sizes)
+    panels[1].xaxis.get_major_locator().set_params(integer=True)
+    panels[0].tick_params(labelbottom=False)
+    panels[0].set(ylabel="$|v|$")
+    write_title(panels[0], f"along the chain at $t$ = {trajectory.time[-1]:.4g}")
+    panels[1].set(ylabel=r"$a\,|\omega|$", xlabel="sphere")
+    return {name: lines[name] for name in twists if name in lines}
+
+
+def _draw_over_time(axes: Any, trajectory: Trajectory) -> None:
+    count = len(trajectory.time)
+    chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_TIMES)).round().astype(int))
+    shown = Trajectory(
+        trajectory.time[chosen],
+        trajectory.positions[chosen],
+        trajectory.frames[chosen],
+        trajectory.scene,
+    )
+    sizes = Decomposition(trajectory.scene).sizes(shown)
+    style(axes)
+    marker = {"marker": "." if len(chosen) < 3 else "", "markersize": 6, "markeredgewidth": 1.0}
+    for name, values in _above_rounding(sizes).items():
+        axes.plot(shown.time, values, **_look(name, list(sizes)) | marker)
+    _finish(axes, sizes)
+    axes.set(xlabel="$t$", ylabel=r"$\langle |v|^2 + a^2 |\omega|^2 \rangle^{1/2}$")
+    write_title(axes, "over time")
+
+
+def _above_rounding(sizes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The sizes that are drawn, NaN where they vanish."""
+    largest = max((float(values.max()) for values in sizes.values()), default=0.0)
+    shown = {}
+    for name, values in sizes.items():
+        above = values > LEAST * largest
+        if above.any():
+            shown[name] = np.where(above, values, np.nan)
+    return shown
+
+
+def _look(name: str, names: list[str]) -> dict[str, Any]:
+    from matplotlib import colormaps
+
+    if name == "total":
+        return LINE | {"color": INK, "linewidth": 1.8, "zorder": 1}
+    number = names.index(name)
+    return LINE | {
+        "color": colormaps["tab20"](number % 20),
+        "linestyle": DASHES[number % len(DASHES)],
+        "linewidth": 1.0,
+        "zorder": 2,
+    }
+
+
+def _finish(axes: Any, sizes: dict[str, np.ndarray]) -> None:
+    """A logarithmic scale where there is something to draw, and some air about it."""
+    axes.margins(0.05)
+    if _above_rounding(sizes):
+        axes.set_yscale("log")
+    else:
+        axes.text(
+            0.5, 0.5, "nothing moves", transform=axes.transAxes, ha="center", color=PALE, size=TEXT
+        )

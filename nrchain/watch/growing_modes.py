@@ -1,0 +1,209 @@
+"""Which modes bend a chain and grow, and how much of each is in its poses: J v = λ v.
+
+The part of the poses in modes of one rate is δ = Σ_k v_k a_k, with W*V a = W*f/λ: f is the
+velocity, J δ, and the columns of V and W are the right and left eigenvectors of J at λ. Modes of
+one rate are taken together, as any mixture of them is as good: a chain that bends alike in all
+planes has two of each. Of chains too long for all eigenvalues those nearest to given rates are
+found, by the part of J near the diagonal: what spheres farther apart do to each other is not in
+them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nrchain.motion.charts import ChartedChain
+
+DENSE = 130
+"""Coordinates up to which all eigenvalues are taken: 20 ms, where 400 would take a second."""
+
+NEAREST = 6
+"""Eigenvalues found about each of the rates that matter on longer chains."""
+
+LADDER = (1.0, 4.0, 16.0)
+"""Where they are looked for beyond the fastest rate that steps follow, in units of it."""
+
+ACROSS = 1e-3
+"""A mode bends the chain if more than this part of it is neither along it nor a rigid motion."""
+
+FROZEN = 2.0
+"""Rates this many times that of the state which they are taken about are of that state."""
+
+ALIKE = 1e-6
+"""Eigenvalues that differ by less than this part of them are one."""
+
+BESIDE = 1e-3
+"""How far from an eigenvalue its neighbourhood is inverted, as a part of it."""
+
+POWER = 5
+"""How often it is."""
+
+TINY = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class Growth:
+    """Rates μ (K,) of the modes that bend the chain and grow, and the size of each coordinate.
+
+    ``parts`` (K, 6N): the largest, over its phase, of what is in the poses of each.
+    """
+
+    rates: np.ndarray
+    parts: np.ndarray
+
+
+def growth_about_base(chain: ChartedChain, axis: np.ndarray, least: float, fast: float) -> Growth:
+    """The modes about the base of a chain, nearly straight along ``axis``, faster than ``least``.
+
+    Also faster than ``FROZEN`` times the rate at which links stretch or shorten: offsets grow with
+    a chain that is stretched, as it takes its direction from how it lay, and nothing bends.
+    On a long chain those near the rate ``least``, and near ``fast`` and beyond it; none where
+    the Jacobian is not finite or its eigenvalues are not found.
+    """
+    from scipy.sparse.linalg import ArpackError
+
+    try:
+        return _growth(chain, axis, least, fast)
+    except (ArpackError, ArithmeticError, np.linalg.LinAlgError):
+        return Growth(np.empty(0), np.empty((0, chain.dimension)))
+
+
+def _growth(chain: ChartedChain, axis: np.ndarray, least: float, fast: float) -> Growth:
+    still = np.zeros(chain.dimension)
+    bound = max(least, FROZEN * _stretching(chain, axis))
+    velocity = np.empty(chain.dimension)
+    chain.rates(chain.time, still, velocity)
+    chain.linearise(chain.time, still)
+    if chain.dimension > DENSE:
+        values, shapes = _nearest(chain, (least, *(fast * step for step in LADDER)))
+        grows = _grow(chain, values, shapes, axis, bound)
+        found = [_part_near(chain, value, velocity) for value in values[grows]]
+        parts = np.reshape([part for _, part in found], (len(found), chain.dimension))
+        return Growth(np.array([rate for rate, _ in found]), parts)
+    from scipy.linalg import eig
+
+    matrix = chain.jacobian()
+    if not np.isfinite(matrix).all():
+        raise FloatingPointError("the Jacobian is not finite")
+    values, duals, shapes = eig(matrix, left=True)
+    grows = _grow(chain, values, shapes, axis, bound)
+    return _parts(values[grows], duals[:, grows], shapes[:, grows], velocity)
+
+
+def _grow(
+    chain: ChartedChain, values: np.ndarray, shapes: np.ndarray, axis: np.ndarray, bound: float
+) -> np.ndarray:
+    """Which modes bend the chain and grow faster; of two that turn in opposite ways, one."""
+    grows = (values.real > bound) & ((values.imag > 0.0) | ~_turn(values))
+    grows[grows] = _bends(chain, shapes[:, grows], axis)
+    return grows
+
+
+def _turn(values: np.ndarray) -> np.ndarray:
+    """Which modes have a frequency: two real ones of one rate may be found with a tiny one."""
+    return np.abs(values.imag) > ALIKE * np.abs(values)
+
+
+def _parts(
+    values: np.ndarray, duals: np.ndarray, shapes: np.ndarray, velocity: np.ndarray
+) -> Growth:
+    """What a velocity holds of modes with these eigenvalues, left and right eigenvectors."""
+    rates, parts, left = [], [], np.ones(len(values), bool)
+    for value in values[np.argsort(-values.real, kind="stable")]:
+        alike = left & (np.abs(values - value) <= ALIKE * abs(value))
+        if not alike.any():
+            continue
+        left &= ~alike
+        dual, shape = duals[:, alike].conj().T, shapes[:, alike]
+        weights = np.linalg.lstsq(dual @ shape, dual @ velocity / value)[0]
+        rates.append(value.real)
+        parts.append(_size(shape @ weights, value))
+    return Growth(np.array(rates), np.array(parts).reshape(len(rates), len(velocity)))
+
+
+def _size(part: np.ndarray, value: complex) -> np.ndarray:
+    """|v| of a real part; 2|v|, the largest of 2 Re(v exp iωt), of one that turns."""
+    return 2.0 * np.abs(part) if _turn(np.asarray(value)) else np.abs(part.real)
+
+
+def _stretching(chain: ChartedChain, axis: np.ndarray) -> float:
+    """max |d ln l/dt| of the links, each of length l along the axis, about the base."""
+    positions = chain.base_positions
+    twists = chain.model.twists(positions, chain.base_frames)
+    apart, parting = (np.diff(rows @ axis) for rows in (positions, twists[:, :3]))
+    return float(np.abs(parting / np.where(apart == 0.0, TINY, apart)).max())
+
+
+def _bends(chain: ChartedChain, shapes: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """Which modes (6N, K) are more across the axis than a shift and a turn of the whole chain."""
+    modes = shapes.T.reshape(shapes.shape[1], len(chain.order), 2, 3)
+    across = modes - (modes @ axis)[..., None] * axis
+    places = chain.base_positions[chain.order] @ axis
+    places = places - places.mean()
+    across[:, :, 0] -= across[:, :, 0].mean(axis=1, keepdims=True)
+    turn = np.einsum("n,knc->kc", places, across[:, :, 0]) / max(float(places @ places), TINY)
+    across[:, :, 0] -= places[:, None] * turn[:, None]
+    across[:, :, 1] -= np.cross(axis, turn)[:, None]
+    most = np.abs(modes).max(axis=(1, 2, 3), initial=0.0)
+    return np.abs(across).max(axis=(1, 2, 3), initial=0.0) > ACROSS * most
+
+
+def _nearest(chain: ChartedChain, rates: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues and eigenvectors about these rates, of the Jacobian near its diagonal."""
+    from scipy.linalg import lapack
+    from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs
+
+    size, width = chain.dimension, chain.bandwidth
+    begin = np.random.default_rng(0).standard_normal(size)
+    found = []
+    for rate in rates:
+        band = np.zeros((3 * width + 1, size), order="F")
+        chain.fill_band(band, -rate, 1.0)
+        factors, pivots, info = lapack.dgbtrf(band, width, width, overwrite_ab=True)
+        if info > 0:
+            continue
+
+        def inverse(vector: np.ndarray, factors=factors, pivots=pivots) -> np.ndarray:
+            return lapack.dgbtrs(factors, width, width, vector, pivots)[0]
+
+        operator = LinearOperator((size, size), matvec=inverse, dtype=float)
+        try:
+            values, shapes = eigs(operator, k=NEAREST, v0=begin, tol=1e-3, maxiter=20)
+        except ArpackNoConvergence as short:
+            values, shapes = short.eigenvalues, short.eigenvectors
+        found.append((rate + 1.0 / values, shapes))
+    if not found:
+        return np.empty(0), np.empty((size, 0))
+    return np.concatenate([f[0] for f in found]), np.hstack([f[1] for f in found])
+
+
+def _part_near(
+    chain: ChartedChain, value: complex, velocity: np.ndarray
+) -> tuple[float, np.ndarray]:
+    """The rate, and what a velocity holds of the modes at an eigenvalue λ that is known roughly.
+
+    (J − σ)⁻ᵐ f tends to (λ − σ)⁻ᵐ P f where σ is much nearer to λ than to any other eigenvalue: P
+    takes out what f holds of these modes, however many there are.
+    """
+    from scipy.linalg import lapack
+
+    width = chain.bandwidth
+    band = np.zeros((3 * width + 1, chain.dimension), order="F")
+    shift = value * (1.0 + BESIDE)
+    chain.fill_band(band, -shift.real, 1.0)
+    matrix = band.astype(complex, order="F")
+    matrix[2 * width] -= 1j * shift.imag
+    factors, pivots, info = lapack.zgbtrf(matrix, width, width, overwrite_ab=True)
+    if info > 0:
+        raise FloatingPointError("a rate has no inverse beside it")
+    nearer = velocity.astype(complex)
+    for _ in range(POWER):
+        part, nearer = nearer, lapack.zgbtrs(factors, width, width, nearer, pivots)[0]
+    square = np.vdot(nearer, nearer).real
+    if square == 0.0:
+        return value.real, np.zeros(chain.dimension)
+    apart = np.vdot(nearer, part) / square
+    rate = shift + apart
+    return float(rate.real), _size(nearer * apart**POWER / rate, value)

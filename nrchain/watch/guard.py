@@ -1,0 +1,206 @@
+"""min |r_i − r_j| = 2a, and links turned by π/2: the events at which a run must end.
+
+Friction between spheres that is cut at a reach is judged at every snapshot besides: where its
+mobility is no longer positive definite, spheres gain energy from the fluid.
+
+Both are looked for within every step, on the integrator's own interpolant, and their time is found
+to rounding. Spheres that meet and part again within one step are not missed: a step is passed as
+clear only if the closest pair is farther apart than the spheres moved in it, with room to spare;
+otherwise it is divided until every part is clear, or touches.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from nrchain._compile import kernel
+from nrchain.effects.contact import (
+    contact_distance,
+    has_turning_springs,
+    least_aligned,
+    least_alignment,
+)
+from nrchain.geometry.near_pairs import closest_pair, near_pairs, separations
+from nrchain.outcome import Cause, Stop
+from nrchain.scene.scene import Scene
+from nrchain.types import Poses, PosesAt
+
+EXCURSION = 2.0
+"""How far a sphere may stray within a step, over how far the step moves it."""
+
+DIVISIONS = 16
+"""How often a step is divided in the search for a contact."""
+
+STRAIGHT = 1e-3
+"""Paths that stray by less than this, in radii, cross contact once."""
+
+
+class Guard:
+    """Watches the steps of one run.
+
+    ``contact`` is the distance of centres at which spheres touch; with a repulsion between them,
+    the distance at which it has been overcome.
+    """
+
+    def __init__(self, scene: Scene, positions: np.ndarray) -> None:
+        self._radius = scene.chain.radius
+        self.contact = contact_distance(scene)
+        self._period = scene.length if scene.chain.ends == "periodic" else 0.0
+        self._turning = has_turning_springs(scene)
+        self._scene = scene
+        self._search(positions)
+
+    def watch(
+        self, begin: float, before: np.ndarray, end: float, reached: Poses, poses_at: PosesAt
+    ) -> Stop | None:
+        """The first event of the step from ``begin``, where positions were ``before``, to ``end``.
+
+        ``reached`` are the poses at its end; ``poses_at(time)`` gives fresh arrays within it.
+        """
+        after, frames = reached
+        if not (np.isfinite(after).all() and np.isfinite(frames).all()):
+            return Stop(Cause.NOT_FINITE, begin, "the poses are not finite")
+        stop = self._touching(begin, before, end, after, poses_at)
+        if self._turning and least_alignment(frames, self._period > 0.0) < 0.0:
+            turned = self._turned(begin, end, poses_at)
+            if stop is None or turned.time < stop.time:
+                return turned
+        return stop
+
+    def judge_friction(self, time: float, positions: np.ndarray) -> None:
+        """Stop where friction that is cut along the chain no longer takes energy out."""
+        if self._scene.friction.kind == "one-body":
+            return
+        from nrchain.effects.definiteness import is_cut, least_mobility
+
+        if not is_cut(self._scene):
+            return
+        least = least_mobility(self._scene, positions)
+        if least <= 0.0:
+            raise Stop(
+                Cause.FRICTION,
+                time,
+                f"the mobility cut at {self._scene.friction.neighbours} neighbours is no longer "
+                f"positive definite: its least eigenvalue is {least:.2g} of that of a sphere",
+            )
+
+    def _search(self, positions: np.ndarray) -> None:
+        self._searched = positions.copy()
+        self._closest = closest_pair(positions, self._period)[0]
+
+    def _touching(
+        self,
+        begin: float,
+        before: np.ndarray,
+        end: float,
+        after: np.ndarray,
+        poses_at: PosesAt,
+        divisions: int = DIVISIONS,
+    ) -> Stop | None:
+        moved = 2.0 * EXCURSION * _largest_move(before, after)
+        if self._closest - 2.0 * _largest_move(self._searched, after) - moved > self.contact:
+            return None
+        self._search(after)
+        if self._closest - moved > self.contact:
+            return None
+        if self._period and divisions and 2.0 * (self.contact + moved) > self._period:
+            # spheres may meet other images than those that are nearest at the end
+            middle = 0.5 * (begin + end)
+            between = poses_at(middle)[0]
+            parts = ((begin, before, middle, between), (middle, between, end, after))
+            found = (self._touching(*part, poses_at, divisions - 1) for part in parts)
+            return next((stop for stop in found if stop is not None), None)
+        pairs = near_pairs(after, self.contact + moved, self._period)
+        shifts = separations(after, pairs, self._period) - separations(after, pairs)
+
+        def vectors_at(time: float) -> np.ndarray:
+            return separations(poses_at(time)[0], pairs) + shifts
+
+        first, last = separations(before, pairs) + shifts, vectors_at(end)
+        time = self._first_touch(begin, first, end, last, vectors_at, DIVISIONS)
+        if time is None:
+            return None
+        distances = np.linalg.norm(vectors_at(time), axis=1)
+        nearest = int(np.argmin(distances))
+        i, j = pairs[nearest]
+        distance = distances[nearest] / self._radius
+        return Stop(Cause.TOUCH, time, f"spheres {i} and {j} touch (distance {distance:.4g} a)")
+
+    def _first_touch(
+        self,
+        begin: float,
+        first: np.ndarray,
+        end: float,
+        last: np.ndarray,
+        vectors_at: Callable[[float], np.ndarray],
+        divisions: int,
+    ) -> float | None:
+        """The earliest time in the interval at which a separation is as short as contact.
+
+        The interval is divided where the straight lines between its ends come closest; how far
+        the separations are off those lines there tells how far they stray from them anywhere.
+        """
+        distances, parts = _chord_distances(first, last)
+        part = float(np.clip(parts[np.argmin(distances)], 0.1, 0.9))
+        middle = begin + part * (end - begin)
+        between = vectors_at(middle)
+        bulge = np.linalg.norm(between - first - part * (last - first), axis=1)
+        bulge /= 4.0 * part * (1.0 - part)
+        if (distances - EXCURSION * bulge).min() > self.contact:
+            return None
+        nearly_straight = divisions == 0 or bulge.max() < STRAIGHT * self._radius
+        if nearly_straight and _shortest(last) <= self.contact:
+            return _root(lambda time: _shortest(vectors_at(time)) - self.contact, begin, end)
+        if divisions == 0:
+            return middle if _shortest(between) <= self.contact else None
+        earlier = self._first_touch(begin, first, middle, between, vectors_at, divisions - 1)
+        if earlier is not None:
+            return earlier
+        return self._first_touch(middle, between, end, last, vectors_at, divisions - 1)
+
+    def _turned(self, begin: float, end: float, poses_at: PosesAt) -> Stop:
+        periodic = self._period > 0.0
+        time = _root(lambda t: least_alignment(poses_at(t)[1], periodic), begin, end)
+        link = least_aligned(poses_at(time)[1], periodic)[1]
+        return Stop(Cause.TURN, time, f"link {link} has turned by a quarter turn")
+
+
+@kernel
+def _largest_move(before, after):
+    """How far a sphere has moved at most, beside the motion of all."""
+    count = before.shape[0]
+    mean = np.zeros(3)
+    for i in range(count):
+        for k in range(3):
+            mean[k] += (after[i, k] - before[i, k]) / count
+    largest = 0.0
+    for i in range(count):
+        square = 0.0
+        for k in range(3):
+            square += (after[i, k] - before[i, k] - mean[k]) ** 2
+        largest = max(largest, square)
+    return np.sqrt(largest)
+
+
+def _chord_distances(first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The least |x| on the straight lines between the rows of two arrays, and at which part."""
+    along = last - first
+    length = np.einsum("ik,ik->i", along, along)
+    parts = -np.einsum("ik,ik->i", first, along) / np.where(length > 0.0, length, 1.0)
+    parts = np.clip(parts, 0.0, 1.0)
+    return np.linalg.norm(first + parts[:, None] * along, axis=1), parts
+
+
+def _shortest(vectors: np.ndarray) -> float:
+    return float(np.linalg.norm(vectors, axis=1).min())
+
+
+def _root(function: Callable[[float], float], begin: float, end: float) -> float:
+    """Where a function that is not positive at the end, and was at the beginning, vanishes."""
+    from scipy.optimize import brentq
+
+    if function(begin) <= 0.0:
+        return begin
+    return brentq(function, begin, end, xtol=4.0 * np.spacing(end))

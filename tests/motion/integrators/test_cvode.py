@@ -1,0 +1,72 @@
+"""CVODE's failures: told by the integrator, and by nobody on the output of the process."""
+
+from collections import deque
+
+import numpy as np
+import pytest
+
+from nrchain.motion.integrators.base import IntegrationError
+from nrchain.motion.integrators.cvode import Cvode
+
+
+class Equation:
+    """ẏ = f(t, y) in one dimension, with ∂f/∂y, in place of a charted chain."""
+
+    dimension = 1
+
+    def __init__(self, rate, slope):
+        self._rate, self._slope = rate, slope
+
+    def rates(self, t, y, out):
+        out[:] = self._rate(t, y)
+
+    def linearise(self, t, y):
+        self._jacobian = self._slope(t, y)
+
+    def factorise(self, gamma):
+        self._factor = 1.0 - gamma * self._jacobian
+
+    def solve(self, right, out):
+        out[:] = right / self._factor
+
+    def product(self, vector, out):
+        out[:] = self._jacobian * vector
+
+
+class Erratic:
+    """−y, and after a hundred evaluations another number at every time."""
+
+    def __init__(self):
+        self._calls = 0
+
+    def __call__(self, t, y):
+        self._calls += 1
+        return -y if self._calls < 100 else 1e12 * np.sin(1e17 * t) + 0.0 * y
+
+
+CASES = {
+    # y = 1/(1 − τ), τ = (t − 1e16)/1e7, where the next number after t is t + 2
+    "t + h = t": (1e16, lambda t, y: 1e-7 * y**2, lambda t, y: 2e-7 * y, "advance the time"),
+    "error test": (0.0, Erratic(), lambda t, y: -1.0 + 0.0 * y, "misses the tolerance at every"),
+    "Newton": (0.0, lambda t, y: -1e9 * y**3, lambda t, y: 1e12 + 0.0 * y, "misses the tolerance"),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_failure_is_told_in_words_and_nowhere_else(case, capfd, monkeypatch):
+    monkeypatch.delenv("SUNLOGGER_WARNING_FILENAME", raising=False)
+    begin, rate, slope, words = CASES[case]
+    solver = Cvode(Equation(rate, slope), 1e18, 1e-5, np.full(1, 1e-5))
+    solver.start(begin, np.ones(1))
+    steps = iter(solver.step, None)
+    with pytest.raises(IntegrationError, match=words), np.errstate(all="ignore"):
+        deque(steps, maxlen=0)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_start_that_rounding_has_brought_to_the_end_takes_a_step(capfd):
+    solver = Cvode(Equation(lambda t, y: -y, lambda t, y: -1.0 + 0.0 * y), 2.0, 1e-8, np.ones(1))
+    begin = float(np.nextafter(2.0, 0.0))
+    solver.start(begin, np.ones(1))
+    assert solver.step() > begin
+    assert capfd.readouterr() == ("", "")

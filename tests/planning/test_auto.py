@@ -1,0 +1,429 @@
+"""effects = "auto" keeps its tolerance, says what it left out, and stops when that grows."""
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import nrchain
+from nrchain.accuracy.timing import distance
+from nrchain.errors import SceneError, TrajectoryError
+from nrchain.motion.model import Model
+from nrchain.outcome import Cause, Stop
+from nrchain.planning.auto import (
+    CLOSE,
+    MARGIN,
+    _left_out,
+    _subsets,
+    _tried,
+    carry_on,
+    choose,
+    full_scene,
+    ladder,
+)
+from nrchain.planning.choice import BREACH, WINDOW, Choice, Watch
+from nrchain.planning.description import describe
+from nrchain.planning.estimate import estimate_effects
+from nrchain.planning.nominal_cost import Fluid, evaluation_cost
+from nrchain.planning.start import starting_poses
+from nrchain.scene.scene import Scene
+
+QUIET = {"run.end": 4.0, "run.snapshots": 81, "effects": "auto", "tolerance": 0.02}
+
+
+@pytest.fixture(scope="module")
+def quiet():
+    """A passive clamped chain that straightens: friction between its spheres hardly matters."""
+    return nrchain.load_scene("passive", **QUIET)
+
+
+def test_the_keys_survive_a_file_and_are_checked(quiet):
+    assert Scene.from_toml(quiet.to_toml()) == quiet
+    with pytest.raises(SceneError, match="tolerance"):
+        nrchain.load_scene(quiet, tolerance=None)
+    with pytest.raises(SceneError, match="effects"):
+        nrchain.load_scene(quiet, effects="named")
+    for taken in ({"slip.neighbours": 2}, {"slip.finite_size": True}, {"friction": "pairwise"}):
+        with pytest.raises(SceneError, match="chosen by effects"):
+            nrchain.load_scene(quiet, **taken)
+
+
+def test_auto_keeps_its_tolerance_and_says_what_it_leaves_out(quiet, tmp_path):
+    trajectory = nrchain.simulate(quiet, output=tmp_path / "auto.h5")
+    choice = trajectory.choice
+    assert choice.left_out == ("friction between spheres",)
+    assert trajectory.scene.friction.kind == "one-body"
+    assert trajectory.scene.effects == "named"
+    full = nrchain.simulate(full_scene(quiet))
+    found = max(distance(trajectory, full))
+    assert found <= quiet.tolerance
+    assert choice.bound == pytest.approx(found, rel=0.2)
+    assert nrchain.Trajectory.open(tmp_path / "auto.h5").choice == choice
+
+
+def test_a_tolerance_too_small_for_less_gives_the_full_model(quiet):
+    scene, choice = choose(nrchain.load_scene(quiet, tolerance=1e-4))
+    assert scene == full_scene(quiet)
+    assert choice.left_out == ()
+    assert "full model" in choice.lines()[0]
+
+
+def test_a_set_tried_costs_clearly_less_than_any_fuller_one():
+    full = full_scene(nrchain.load_scene("buckling", **{"chain.particles": 300}))
+    sets = ladder(full)
+    costs = [evaluation_cost(full, one) for one in sets]
+    assert len(sets) > 3
+    assert costs == sorted(costs)
+    assert all(
+        a >= 1.5 * b
+        for one, a in zip(sets, costs, strict=True)
+        for other, b in zip(sets, costs, strict=True)
+        if one != other and one.holds(other) and other != sets[0]
+    )
+    assert all(Fluid.of(one.applied(full)) == one for one in sets)
+
+
+def test_a_run_stops_when_what_is_left_out_grows(quiet):
+    scene, choice = choose(quiet)
+    small = replace(choice, tolerance=1e-9, velocities=tuple(np.zeros(len(choice.times))))
+    stopped = nrchain.simulate(scene, choice=small)
+    assert stopped.cause is Cause.NEGLECTED
+    assert stopped.status == "stopped"
+    assert "left out" in stopped.reason
+    assert "friction.kind = 'pairwise' names it" in stopped.reason
+
+
+def test_a_run_whose_bound_broke_goes_on_only_unwatched_and_says_so(quiet, tmp_path):
+    scene, choice = choose(quiet)
+    small = replace(choice, tolerance=1e-9, velocities=tuple(np.zeros(len(choice.times))))
+    path = tmp_path / "auto.h5"
+    stopped = nrchain.simulate(scene, choice=small, output=path)
+    with pytest.raises(TrajectoryError, match=r"'pairwise' .* unwatched"):
+        nrchain.resume(path)
+    done = nrchain.resume(path, unwatched=True)
+    assert done.status == "completed"
+    assert done.choice.watched_until == stopped.time[-1]
+    assert f"not watched from t = {stopped.time[-1]:.4g}" in done.choice.lines()[-1]
+    assert np.array_equal(done.positions, nrchain.simulate(scene).positions)
+
+
+def test_a_run_that_goes_on_keeps_its_choice(quiet, tmp_path):
+    short = nrchain.load_scene(quiet, **{"run.max_steps": 10})
+    begun = nrchain.simulate(short, output=tmp_path / "auto.h5")
+    assert begun.cause is Cause.BUDGET
+    assert nrchain.resume(tmp_path / "auto.h5").choice == begun.choice
+    assert begun.choice.left_out
+
+
+def test_nothing_left_out_is_not_watched(quiet):
+    told = Choice(0.1, (), 0.0, 0.0, (), (), "no reason")
+    Watch(quiet, told, Model(quiet)).check(0.0, (np.zeros((20, 3)), np.zeros((20, 3, 3))))
+    assert Choice.from_json(told.to_json()) == told
+
+
+def cut_short(scene):
+    """Choices by probes that end before the run does, at one tolerance and another."""
+    for tolerance in (2e-2, 1e-2, 5e-3, 2e-3, 1e-3):
+        for budget in 0.02 / 2.0 ** np.arange(6):
+            choice = choose(nrchain.load_scene(scene, tolerance=tolerance), budget=budget)[1]
+            if 0.0 < choice.probed < scene.run.end:
+                yield choice
+
+
+def test_what_a_choice_sets_and_how_far_it_looked_is_told(quiet):
+    stated = nrchain.load_scene(quiet, friction="one-body", **{"slip.neighbours": 1})
+    _, choice = choose(nrchain.load_scene(stated, tolerance=1e-4))
+    assert choice.lines()[-1] == "keys set by it: friction.kind from 'one-body' to 'pairwise'"
+    _, choice = choose(quiet)
+    assert choice.sets == ()
+    assert f"(to t = {quiet.run.end:g})" in choice.lines()[-1]
+    early = next(choice for choice in cut_short(quiet) if choice.left_out)
+    assert "an estimate beyond t =" in early.lines()[-1]
+
+
+def test_a_probe_that_sees_nothing_leaves_nothing_out(quiet):
+    scene, choice = choose(quiet, budget=0.0)
+    assert scene == full_scene(quiet)
+    assert not choice.left_out
+
+
+def test_a_net_force_on_a_periodic_chain_leaves_out_the_friction_it_cannot_have():
+    pulled = {"chain.ends": "periodic", "field.force": [0.0, 0.0, -1.0], "slip.2s": 20.0}
+    scene = nrchain.load_scene("passive", **QUIET, **pulled)
+    full = full_scene(scene)
+    assert full.friction.kind == "one-body"
+    assert full.slip.neighbours == "all"
+    assert all(one.friction == 0.0 for one in ladder(full))
+    chosen, choice = choose(scene)
+    assert chosen.friction.kind == "one-body"
+    assert "no part of it: field" in choice.lines()[0]
+    bare = nrchain.load_scene(scene, **{"slip.2s": None})
+    assert ladder(full_scene(bare)) == []
+    assert choose(bare)[1].left_out == ()
+
+
+def test_the_full_model_has_the_disturbance_of_a_flow_by_all_spheres():
+    sheared = {"flow.gradient": [[0.0, 0.01, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]}
+    scene = nrchain.load_scene("passive", **QUIET, **sheared)
+    full = full_scene(scene)
+    assert (full.flow.neighbours, full.flow.finite_size) == ("all", True)
+    assert full.slip == scene.slip  # no mode has a strength
+    near = ladder(nrchain.load_scene(full, **{"chain.particles": 300}))
+    assert min(one.strain for one in near) < 300
+    assert all(one.slip == 0.0 for one in near)
+    assert evaluation_cost(full) > evaluation_cost(full, near[0])
+    told = describe(scene)
+    assert not told.without_effect
+    assert not told.warnings  # a passive chain has no slip to warn of
+
+
+def test_a_set_cuts_all_flows_alike_and_is_told_by_name():
+    sheared = {"flow.gradient": [[0.0, 0.01, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]}
+    full = full_scene(nrchain.load_scene("passive", **QUIET, **sheared, **{"slip.2s": 1.0}))
+    sets = _subsets(full)
+    assert Fluid.of(full) not in sets
+    assert all(Fluid.of(one.applied(full)) == one for one in sets)
+    assert all(one.slip == one.strain for one in sets)
+    chosen = Fluid(0.0, 2.0, 2.0, False).applied(full)
+    assert list(_left_out(full, chosen)) == [
+        "slip beyond 2 neighbours a side",
+        "strain beyond 2 neighbours a side",
+        "finite size",
+        "finite size of strain",
+        "friction between spheres",
+    ]
+
+
+def test_the_cost_of_a_disturbed_flow_grows_with_its_reach_and_its_finite_size():
+    sheared = {"flow.gradient": [[0.0, 0.01, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]}
+    full = full_scene(nrchain.load_scene("passive", **QUIET, **sheared, **{"slip.2s": 1.0}))
+    whole = Fluid.of(full)
+    costs = [
+        evaluation_cost(full, whole._replace(**changes))
+        for changes in ({"strain": 0.0}, {"strain": 2.0}, {"strain": 12.0}, {})
+    ]
+    assert costs == sorted(costs)
+    assert len(set(costs)) == len(costs)
+    alone = nrchain.load_scene(full, **{"slip.2s": None})
+    leading = nrchain.load_scene(alone, **{"flow.finite_size": False})
+    assert evaluation_cost(leading) < evaluation_cost(alone) < evaluation_cost(full)
+    cut = nrchain.load_scene(leading, **{"slip.2s": 1.0, "slip.neighbours": 3})
+    cut = nrchain.load_scene(cut, **{"flow.neighbours": 5, "slip.finite_size": False})
+    assert Fluid.of(cut) == (math.inf, 3.0, 5.0, False)
+
+
+def test_a_choice_is_watched_from_its_own_poses(quiet):
+    scene, choice = choose(quiet)
+    poses = nrchain.simulate(scene).positions[-1], nrchain.simulate(scene).frames[-1]
+    bent = poses[0] + np.sin(np.arange(20))[:, None] * [0.0, 2.0, 0.0]
+    with pytest.raises(Stop):
+        Watch(scene, choice, Model(scene)).check(scene.run.end, (bent, poses[1]))
+
+
+@pytest.mark.parametrize(
+    ("time", "velocity"), [(0.0, 8.0), (1.0, 6.0), (3.0, 7.0), (4.0, 3.0), (7.0, 7.0)]
+)
+def test_what_is_allowed_is_what_the_probe_found_about_that_time(time, velocity):
+    """Beyond its end, the most of its second half; at least what makes up the tolerance."""
+    end, velocities = 8.0, (8.0, 6.0, 1.0, 7.0, 3.0)
+    choice = Choice(0.1, ("friction",), 0.05, 4.0, tuple(np.arange(5.0)), velocities, "")
+    assert WINDOW * end < 1.0
+    assert choice.allowed(time, end) == pytest.approx(BREACH * velocity)
+    assert replace(choice, tolerance=100.0).allowed(time, end) == pytest.approx(BREACH * 12.5)
+
+
+def test_a_difference_is_carried_on_by_its_own_law():
+    times = np.linspace(0.0, 10.0, 41)
+    growing = 1e-3 * np.exp(0.5 * times)
+    assert carry_on(times, growing, 20.0) == pytest.approx(1e-3 * math.exp(10.0))
+    assert carry_on(times, 0.3 * times, 20.0) == pytest.approx(6.0)
+    assert carry_on(times, np.exp(-times), 20.0) == math.exp(-10.0)
+    assert carry_on(times, 0.3 * np.sqrt(times), 40.0) == pytest.approx(0.3 * math.sqrt(40.0))
+    assert carry_on(times, 0.3 * times**2, 20.0) == pytest.approx(2.0 * 0.3 * 10.0**2)
+
+
+OWN_UNITS = {"chain.radius": 0.5, "chain.viscosity": 2.0, "chain.spacing": 7.0}
+TIGHT = {"run.rtol": 1e-9, "run.atol": 1e-9}
+
+
+def difference(scene, other, end, snapshots=2):
+    """max |r − r′|/a, or max angle between frames, of two runs of their own."""
+    keys = TIGHT | {"run.end": end, "run.snapshots": snapshots}
+    runs = [nrchain.simulate(nrchain.load_scene(one, **keys)) for one in (scene, other)]
+    far = np.linalg.norm(runs[0].positions - runs[1].positions, axis=-1)
+    cosine = (np.einsum("tnak,tnak->tn", runs[0].frames, runs[1].frames) - 1.0) / 2.0
+    angle = np.arccos(np.clip(cosine, -1.0, 1.0))
+    return max(far.max() / scene.chain.radius, angle.max())
+
+
+@pytest.fixture(scope="module")
+def small():
+    """A passive clamped chain in units of its own, and how far it is from its full model."""
+    scene = nrchain.load_scene("passive", **QUIET, **OWN_UNITS)
+    chosen, _ = choose(scene)
+    assert chosen.friction.kind == "one-body"
+    return scene, difference(chosen, full_scene(scene), scene.run.end, 2001)
+
+
+def test_the_bound_is_the_distance_and_a_tenth_in_radii(small):
+    scene, found = small
+    _, choice = choose(scene)
+    assert choice.bound == pytest.approx(1.1 * found, abs=2.0 * CLOSE * scene.tolerance)
+
+
+@pytest.mark.parametrize(("allowed", "left_out"), [(1.05, False), (1.2, True)])
+def test_what_comes_within_a_tenth_of_the_tolerance_is_not_left_out(small, allowed, left_out):
+    scene, found = small
+    _, choice = choose(nrchain.load_scene(scene, tolerance=allowed * found))
+    assert bool(choice.left_out) == left_out
+
+
+@pytest.fixture(scope="module")
+def strays():
+    """Two sets of which the cheapest strays too far late, and the dearer one does not."""
+    scene = nrchain.load_scene("passive", **QUIET, **OWN_UNITS, **{"slip.2s": 10.0})
+    full, begin = full_scene(scene), starting_poses(scene)
+    alone = [_tried(1e3, full, [one], begin, 20.0).distances[1] for one in ladder(full)]
+    cheap, dear = (far[-1] for far in alone)
+    tolerance = 1.05 * MARGIN * dear
+    assert tolerance < 0.95 * MARGIN * cheap
+    return nrchain.load_scene(scene, tolerance=tolerance), full, begin
+
+
+def test_a_dearer_set_is_followed_until_the_cheapest_is_far_nearer_than_allowed(strays):
+    scene, full, begin = strays
+    chosen, choice = choose(scene)
+    dear = ladder(full)[1]
+    assert choice.left_out == tuple(_left_out(full, dear.applied(full)))
+    assert difference(chosen, full, scene.run.end) < scene.tolerance
+    loose = _tried(1e3, full, ladder(full), begin, 20.0)
+    assert loose.run.members == [0, 1]
+
+
+def test_a_probe_that_its_budget_ends_has_looked_at_all_it_followed(strays):
+    """Also where the cheapest set is no longer followed."""
+    scene, full, begin = strays
+    whole = _tried(scene.tolerance, full, ladder(full), begin, 20.0)
+    assert whole.run.members == [0, 2]
+    between = 0
+    for part in np.linspace(0.6, 0.98, 12):
+        probe = _tried(scene.tolerance, full, ladder(full), begin, part * whole.run.work)
+        assert probe.reached[-1] == probe.run.time
+        between += probe.run.members == [0, 2] and probe.run.time not in whole.reached
+    assert between
+
+
+def rotne_prager(scene, positions, forces, torques):
+    """v and ω that forces and torques on the other spheres give each sphere, pair by pair."""
+    a, eta = scene.chain.radius, scene.chain.viscosity
+    velocities, spins = np.zeros_like(positions), np.zeros_like(positions)
+    for i, j in itertools.permutations(range(len(positions)), 2):
+        n = positions[i] - positions[j]
+        r = np.linalg.norm(n)
+        n = n / r
+        f, t, ratio = forces[j], torques[j], (a / r) ** 2
+        along = (1 + 2 / 3 * ratio) * f + (1 - 2 * ratio) * (n @ f) * n
+        velocities[i] += along / (8 * math.pi * eta * r)
+        velocities[i] += np.cross(t, n) / (8 * math.pi * eta * r**2)
+        spins[i] += np.cross(f, n) / (8 * math.pi * eta * r**2)
+        spins[i] += (3 * (n @ t) * n - t) / (16 * math.pi * eta * r**3)
+    return velocities, spins
+
+
+def test_neglected_velocities_are_those_of_rotne_and_prager_in_radii():
+    """At the start, of a choice and of an estimate, with a, η and d of their own."""
+    keys = {"chain.ends": "free", "chain.particles": 20, "tolerance": 3.0, "run.end": 1.0}
+    scene = nrchain.load_scene("passive", **(QUIET | keys | OWN_UNITS))
+    positions, frames = starting_poses(scene)
+    moduli = scene.moduli
+    wrenches = nrchain.elastic_wrenches(
+        positions,
+        frames,
+        spacing=scene.chain.spacing,
+        stretch=moduli.stretch,
+        shear=moduli.shear,
+        twist=moduli.twist,
+        bend=moduli.bend,
+    )
+    velocities, spins = rotne_prager(scene, positions, *wrenches)
+    expected = max(
+        np.linalg.norm(velocities, axis=1).max() / scene.chain.radius,
+        np.linalg.norm(spins, axis=1).max(),
+    )
+    probe = _tried(3.0, full_scene(scene), [Fluid(0.0, 0.0, 0.0, False)], (positions, frames), 0.0)
+    assert probe.velocities[1][0] == pytest.approx(expected, rel=1e-6)
+    named = nrchain.load_scene(scene, effects="named", tolerance=None)
+    told = {e.change.effect: e for e in estimate_effects(named, budget=1e-3).estimates}
+    assert told["friction between spheres"].velocity == pytest.approx(expected, rel=1e-6)
+
+
+def test_the_full_model_tells_what_the_cheapest_set_would_save_and_how_far_it_strays():
+    keys = {"effects": "auto", "tolerance": 0.1, "slip.neighbours": None}
+    scene = nrchain.load_scene("wave", **keys, **OWN_UNITS)
+    full, choice = choose(scene)
+    assert full == full_scene(scene)
+    assert choice.left_out == ()
+    told = choice.forgone
+    assert told.left_out == ("slip beyond 1 neighbour a side", "friction between spheres")
+    near = nrchain.load_scene(full, friction="one-body", **{"slip.neighbours": 1})
+    # to what steps of a probe are followed with, of both runs
+    found = difference(near, full, told.until)
+    assert told.error == pytest.approx(1.1 * found, abs=2.0 * CLOSE * scene.tolerance)
+    assert scene.tolerance < told.error
+    lines = [line for line in choice.lines() if "the cheapest set" in line]
+    assert lines == [
+        "the cheapest set leaves out slip beyond 1 neighbour a side, friction between spheres: a "
+        f"right-hand side takes {told.work:.2g} of the work, and poses are {told.error:.2g} radii "
+        f"or radians off by t = {told.until:.4g}, 0.1 allowed"
+    ]
+    assert Choice.from_json(choice.to_json()) == choice
+
+
+def test_a_set_that_saves_too_little_is_told_with_its_error():
+    keys = {"chain.ends": "free", "chain.particles": 4}
+    scene = nrchain.load_scene("passive", **(QUIET | keys | OWN_UNITS))
+    whole = full_scene(scene)
+    found = difference(nrchain.load_scene(whole, friction="one-body"), whole, 4.0, 2001)
+    scene = nrchain.load_scene(scene, tolerance=2.0 * found)
+    full, choice = choose(scene)
+    assert full == full_scene(scene)
+    assert ladder(full) == []
+    told = choice.forgone
+    assert 1.0 / 1.5 < told.work < 1.0
+    assert told.error == pytest.approx(1.1 * found, abs=2.0 * CLOSE * scene.tolerance)
+    assert "(to t = 4)" in told.line(scene.tolerance, 4.0)
+
+
+def test_an_error_beyond_the_probe_is_told_as_an_estimate_or_as_not_known(quiet):
+    tight = nrchain.load_scene(quiet, tolerance=1e-3)
+    none = choose(tight, budget=0.0)[1]
+    assert none.forgone.error is None
+    assert none.lines()[1].endswith("how far it strays is not known")
+    assert Choice.from_json(none.to_json()) == none
+    forgone = [choice.forgone for choice in cut_short(quiet) if choice.forgone]
+    early = next(one for one in forgone if one.carried)
+    assert "an estimate beyond t =" in early.line(5e-3, quiet.run.end)
+
+
+def test_the_work_told_falls_with_the_pairs_that_are_left_out():
+    """The full model has N² pairs and the cheapest set 2N: twice the chain, half its share."""
+
+    def share(count):
+        scene = nrchain.load_scene("buckling", **OWN_UNITS, **{"chain.particles": count})
+        full = full_scene(scene)
+        return evaluation_cost(full, ladder(full)[0]) / evaluation_cost(full)
+
+    assert share(8000) / share(4000) == pytest.approx(0.5, rel=0.05)
+
+
+def test_the_work_told_is_that_of_the_cheapest_set_and_of_the_one_chosen(quiet):
+    full = full_scene(quiet)
+    expected = evaluation_cost(nrchain.load_scene(full, friction="one-body"))
+    expected /= evaluation_cost(full)
+    assert choose(quiet)[1].work == expected
+    refused = choose(nrchain.load_scene(quiet, tolerance=1e-4))[1]
+    assert refused.forgone.work == expected
+    assert refused.work == 1.0
+    assert f"at {expected:.2g} of the work of a right-hand side" in choose(quiet)[1].lines()[0]

@@ -1,0 +1,285 @@
+"""A run changes nothing of its process: not before, not while it goes on, not after."""
+
+from __future__ import annotations
+
+import ast
+import os
+import subprocess
+import sys
+import threading
+import warnings
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.process_state import changes, handlers, state
+
+import nrchain
+from nrchain.accuracy import cost
+from nrchain.analysis import measure
+from nrchain.errors import NrchainError, SceneError, TrajectoryError
+from nrchain.hydrodynamics import sharing
+from nrchain.planning import auto, estimate, plan
+from nrchain.planning.paired import PairedRun
+from nrchain.planning.start import starting_poses
+from nrchain.run import simulate as run
+from nrchain.view import effect_plots, plots
+
+SHORT = {"chain.particles": 6, "run.end": 2.0, "run.snapshots": 5}
+
+
+def scene(name="buckling", **more):
+    return nrchain.load_scene(name, **(SHORT | more))
+
+
+@pytest.fixture(scope="module")
+def trajectory(tmp_path_factory):
+    return nrchain.simulate(scene(), output=tmp_path_factory.mktemp("runs") / "done")
+
+
+def stopped():
+    trajectory = nrchain.simulate(scene(**{"run.max_steps": 3}))
+    assert trajectory.status == "stopped"
+
+
+def cannot_step(folder):
+    """A run that its integrator gives up."""
+
+    class Wild(run._Run):
+        def __init__(self, *arguments, **options):
+            super().__init__(*arguments, **options)
+            twists = self.chain.model.twists
+
+            def wild(positions, frames, out=None):
+                found = twists(positions, frames, out)
+                if self.chain.evaluations > 100:
+                    found[:, :3] += 1e12 * np.sin(1e17 * positions)
+                return found
+
+            self.chain.model.twists = wild
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(run, "_Run", Wild)
+        ended = nrchain.simulate(scene(), output=folder / "wild")
+    assert ended.cause is nrchain.Cause.STEP
+
+
+def refused():
+    with pytest.raises(SceneError):
+        nrchain.load_scene("buckling", **{"chain.spacing": 1.0})
+    with pytest.raises(SceneError):
+        nrchain.simulate(scene(), positions=np.zeros((6, 3)), frames=np.zeros((6, 3, 3)))
+
+
+def interrupted(folder):
+    def stop(progress):
+        if progress.snapshot == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        nrchain.simulate(scene(), output=folder / "interrupted", progress=stop)
+    assert nrchain.resume(folder / "interrupted").status == "completed"
+
+
+def unwritable(folder):
+    file = folder / "file"
+    file.write_text("in the way")
+    with pytest.raises(TrajectoryError):
+        nrchain.simulate(scene(), output=file / "below")
+
+
+ACTS = {
+    "completed": lambda folder, done: nrchain.simulate(scene(), output=folder / "a"),
+    "radau": lambda folder, done: nrchain.simulate(scene(**{"run.integrator": "radau"})),
+    "scipy-bdf": lambda folder, done: nrchain.simulate(scene(**{"run.integrator": "scipy-bdf"})),
+    "pystokes": lambda folder, done: nrchain.simulate(scene(**{"slip.backend": "pystokes"})),
+    "stopped": lambda folder, done: stopped(),
+    "cannot step": lambda folder, done: cannot_step(folder),
+    "refused": lambda folder, done: refused(),
+    "interrupted": lambda folder, done: interrupted(folder),
+    "unwritable": lambda folder, done: unwritable(folder),
+    "auto": lambda folder, done: auto.choose(scene(effects="auto", tolerance=0.1)),
+    "contributions": lambda folder, done: nrchain.contribution_sizes(done),
+    "cost": lambda folder, done: cost.work_precision(scene(), budget=0.2),
+    "estimate": lambda folder, done: estimate.estimate_effects(scene(), budget=0.1),
+    "plan": lambda folder, done: plan.plan(scene()),
+    "measure": lambda folder, done: measure.straightness(done),
+    "open": lambda folder, done: nrchain.Trajectory.open(done.path),
+    "draw": lambda folder, done: plots.draw_chain(done, folder / "chain.png"),
+    "draw in space": lambda folder, done: plots.draw_chain(done, folder / "a.pdf", view="3d"),
+    "draw effects": lambda folder, done: effect_plots.draw_effects(done, folder / "a.svg"),
+}
+
+
+@pytest.mark.parametrize("act", ACTS)
+def test_the_process_is_left_as_it_was(act, trajectory, tmp_path):
+    ACTS[act](tmp_path, trajectory)  # what libraries set when they are imported is theirs
+    (tmp_path / "again").mkdir()
+    before, signals = state(), handlers()
+    ACTS[act](tmp_path / "again", trajectory)
+    assert not changes(before, state())
+    assert not changes(signals, handlers())
+
+
+@pytest.mark.parametrize("integrator", ["cvode", "radau", "scipy-bdf"])
+def test_nor_does_it_change_while_a_run_goes_on(integrator):
+    seen = []
+    before = state()
+    with np.errstate(divide="raise", under="warn"):
+        before["floating-point errors"] = np.geterr() | {"call": np.geterrcall()}
+        nrchain.simulate(
+            scene(**{"run.integrator": integrator}),
+            progress=lambda progress: seen.append(changes(before, state())),
+        )
+    assert len(seen) == 5
+    assert not any(seen)
+
+
+def test_the_arithmetic_between_the_steps_of_paired_runs_is_their_consumers():
+    pair = PairedRun([scene(), scene(**{"slip.2s": 90.0})], starting_poses(scene()), 1e-6)
+    before = np.geterr()
+    assert [np.geterr() for _ in pair.go([0.5, 1.0, 2.0])] == [before] * 3
+
+
+def test_a_run_in_a_thread_leaves_signals_alone():
+    signals, seen = handlers(), []
+
+    def look(progress):
+        seen.append(changes(signals, handlers()))
+
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(nrchain.simulate, scene(), progress=look).result()
+    assert len(seen) == 5
+    assert not any(seen)
+
+
+def task(number):
+    """One of several runs of all kinds: what it gives, as bytes or words."""
+    try:
+        if number % 5 == 4:
+            nrchain.load_scene("buckling", **{"chain.spacing": -float(number)})
+        steps = {"run.max_steps": 20} if number % 5 == 3 else {}
+        integrator = ("cvode", "cvode", "radau")[number % 3]
+        strength = {"slip.2s": 100.0 + number, "run.integrator": integrator}
+        ended = nrchain.simulate(scene(**strength, **steps))
+    except NrchainError as error:
+        return str(error)
+    return ended.positions.tobytes(), ended.reason
+
+
+def test_threads_run_side_by_side_while_others_print_and_change_what_is_theirs(capsys):
+    """Simulations in threads took the standard output with them: ``print`` wrote nothing more."""
+    expected = [task(number) for number in range(20)]
+    ours, lines = sys.stdout, 0
+    with ThreadPoolExecutor(4) as pool, warnings.catch_warnings():
+        running = [pool.submit(task, number) for number in range(20)]
+        warnings.simplefilter("error", ResourceWarning)
+        mine = list(warnings.filters)
+        while not all(future.done() for future in running):
+            print("line", lines)
+            lines += 1
+            with np.errstate(all="warn"):
+                os.environ["NRCHAIN_OF_ANOTHER"] = str(lines)
+                assert sys.stdout is ours
+                assert list(warnings.filters) == mine
+                assert set(np.geterr().values()) == {"warn"}
+        assert os.environ.pop("NRCHAIN_OF_ANOTHER") == str(lines)
+    assert [future.result() for future in running] == expected
+    print("the end")
+    assert capsys.readouterr().out == "".join(f"line {n}\n" for n in range(lines)) + "the end\n"
+
+
+SUMS = """
+from concurrent.futures import ThreadPoolExecutor
+import nrchain
+from nrchain.hydrodynamics import sharing
+
+def last(strength):
+    changes = {
+        "chain.particles": 160, "slip.neighbours": "all", "slip.2s": strength,
+        "run.end": 0.1, "run.snapshots": 2, "start.shape": "sine",
+    }
+    return nrchain.simulate(nrchain.load_scene("passive", **changes)).positions[-1].tobytes()
+
+expected = [last(40.0 + number) for number in range(6)]
+with ThreadPoolExecutor(3) as pool:
+    found = list(pool.map(last, [40.0 + number for number in range(6)]))
+print("same" if found == expected else "differ")
+print(sharing.layer())
+"""
+
+
+@pytest.mark.parametrize("layer", ["omp", "workqueue"])
+def test_threads_share_sums_over_threads(layer, tmp_path):
+    """Numba's work queue ends a process that enters it from two threads at once."""
+    program = tmp_path / "sums.py"
+    program.write_text(SUMS)
+    environment = os.environ | {"NUMBA_THREADING_LAYER": layer, "NUMBA_NUM_THREADS": "2"}
+    for _ in range(2):  # the first run may compile kernels, and those differ in rounding
+        ended = subprocess.run(
+            [sys.executable, program], env=environment, capture_output=True, text=True, check=False
+        )
+    if "No threading layer could be loaded" in ended.stderr:
+        pytest.skip(f"numba has no {layer} here")
+    assert ended.stdout == f"same\n{layer}\n", ended.stderr
+
+
+@pytest.mark.parametrize(("layer", "second"), [("omp", True), ("tbb", True), ("workqueue", False)])
+def test_a_second_thread_enters_only_layers_that_allow_it(monkeypatch, layer, second):
+    monkeypatch.setattr(sharing, "layer", lambda: layer)
+    shared, inside, leave = [], threading.Event(), threading.Event()
+
+    def first(parallel):
+        shared.append(parallel)
+        inside.set()
+        assert leave.wait(60.0)
+
+    with ThreadPoolExecutor(1) as pool:
+        waiting = pool.submit(sharing.add, lambda parallel: lambda: first(parallel), True)
+        assert inside.wait(60.0)
+        sharing.add(lambda parallel: lambda: shared.append(parallel), True)
+        leave.set()
+        waiting.result()
+    sharing.add(lambda parallel: lambda: shared.append(parallel), True)
+    assert shared == [True, second, True]
+
+
+OF_THE_PROCESS = {
+    "catch_warnings", "simplefilter", "filterwarnings", "resetwarnings",
+    "redirect_stdout", "redirect_stderr", "dup2", "chdir", "umask", "setlocale", "putenv",
+    "seterr", "seterrcall", "set_printoptions", "setrecursionlimit", "setswitchinterval",
+    "rc_context", "rcdefaults", "rc", "switch_backend", "pyplot", "set_num_threads", "basicConfig",
+}  # fmt: skip
+"""Names of what changes a process as a whole; its filters of warnings, too, are not a thread's."""
+
+OF_THE_PROGRAM = {"__main__.py", "cli"}
+"""The command line, which has its process to itself."""
+
+
+def test_no_module_names_what_changes_a_process():
+    package = Path(nrchain.__file__).parent
+    for path in package.rglob("*.py"):
+        if OF_THE_PROGRAM & set(path.relative_to(package).parts):
+            continue
+        for node in ast.walk(ast.parse(path.read_text())):
+            named = {getattr(node, "attr", ""), getattr(node, "id", "")}
+            if isinstance(node, ast.ImportFrom | ast.Import):
+                named |= {part for alias in node.names for part in alias.name.split(".")}
+            assert not named & OF_THE_PROCESS, f"{path}:{getattr(node, 'lineno', '')}"
+
+
+def test_importing_changes_no_environment(tmp_path):
+    package = Path(nrchain.__file__).parent
+    modules = sorted(
+        ".".join(path.relative_to(package.parent).with_suffix("").parts)
+        for path in package.rglob("*.py")
+        if path.name not in ("__init__.py", "__main__.py")
+    )
+    program = (
+        "import importlib, os, sys; before = dict(os.environ), sys.stdout, os.getcwd()\n"
+        f"for name in {modules}: importlib.import_module(name)\n"
+        "assert (dict(os.environ), sys.stdout, os.getcwd()) == before"
+    )
+    plain = {"PATH": os.environ["PATH"], "HOME": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", program], check=True, env=plain)

@@ -1,0 +1,269 @@
+"""What a run costs: counted work, a processor's clock, and what is not known of the rest."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from support.fake_clock import PRICES, Processor, fake_processor
+from typer.testing import CliRunner
+
+import nrchain
+from nrchain import work
+from nrchain.accuracy.cost import work_precision
+from nrchain.accuracy.plan_effects import plan_effects
+from nrchain.accuracy.timing import foretell
+from nrchain.cli.commands import app
+from nrchain.planning.nominal_cost import evaluation_cost
+from nrchain.run.work import CARRIED, LAPS, STRANGE, RunCost, Stopwatch, Work, carried, cost_of
+from nrchain.trajectory.writer import TrajectoryWriter
+
+SCENE = nrchain.load_scene(
+    "buckling",
+    **{
+        "chain.particles": 8,
+        "chain.radius": 0.5,
+        "chain.viscosity": 2.0,
+        "chain.spacing": 7.0,
+        "run.end": 40.0,
+    },
+)
+
+BUSY = 3.0
+"""Factor within which costs are known on a busy machine, whose caches are shared."""
+
+
+def timed(monkeypatch, laps, start=0.0):
+    """The reading of a stopwatch after laps of (seconds, right-hand sides)."""
+    now = start
+    monkeypatch.setattr(work, "clock", lambda: now)
+    watch, total = Stopwatch(), 0
+    watch.go()
+    for seconds, evaluations in laps:
+        now += seconds
+        total += evaluations
+        watch.lap(total)
+    return watch
+
+
+def test_time_is_the_sum_of_all_steps(monkeypatch):
+    laps = [(0.5, 2), (1.5, 1), (0.25, 1), (1.75, 2)]
+    assert timed(monkeypatch, laps, start=1e3).seconds == 4.0
+
+
+def test_steps_that_compile_are_charged_at_the_median_and_costly_ones_in_full(monkeypatch):
+    usual = [(1.0, 2)] * 20 + [(1.5, 1)] * 5
+    costly = [(0.5 * 0.99 * STRANGE, 1)]
+    strange = [(1e3, 4)]
+    expected = 20.0 + 7.5 + 0.5 * 0.99 * STRANGE + 4 * 0.5
+    assert timed(monkeypatch, strange + usual + costly).seconds == pytest.approx(expected)
+
+
+def test_a_lap_without_right_hand_sides_goes_into_the_next(monkeypatch):
+    watch = timed(monkeypatch, [(0.5, 1), (0.25, 0), (0.5, 1), (1.0, 2)])
+    assert watch.seconds == 2.25
+
+
+def test_what_is_done_in_a_pause_is_not_counted(monkeypatch):
+    now = 0.0
+    monkeypatch.setattr(work, "clock", lambda: now)
+    watch = Stopwatch()
+    with watch.paused():  # before it goes
+        now += 100.0
+    watch.go()
+    now += 1.0
+    with watch.paused():
+        now += 50.0
+    now += 2.0
+    watch.lap(3)
+    assert watch.seconds == 3.0
+
+
+@pytest.mark.parametrize("first", [STRANGE, 1e4, 1e7])
+def test_long_runs_keep_few_laps_and_forget_what_was_compiled(monkeypatch, first):
+    """A compiled kernel is told from the steps, or is less than STRANGE/LAPS of them."""
+    count = 40 * LAPS
+    watch = timed(monkeypatch, [(first, 1)] + [(1.0, 1)] * count)
+    assert len(watch._laps) <= 2 * LAPS
+    assert count <= watch.seconds <= count * (1.0 + STRANGE / LAPS) + STRANGE
+
+
+@given(
+    slowness=st.lists(st.floats(1.0, BUSY), min_size=40, max_size=60),
+    spikes=st.sets(st.integers(0, 39), max_size=15),
+    late=st.floats(0.0, 1.0),
+)
+def test_a_busy_processor_costs_no_more_than_its_slowness(slowness, spikes, late):
+    """Each step is slower by up to a factor; some hold a spike of a compiler or a collector."""
+    with pytest.MonkeyPatch.context() as patch:
+        laps = [(n % 3 + 1.0, n % 3 + 1) for n in range(len(slowness))]
+        slow = [
+            (s * factor + (1e5 if n in spikes else 0.0), e)
+            for n, ((s, e), factor) in enumerate(zip(laps, slowness, strict=True))
+        ]
+        truth = sum(s for s, _ in laps)
+        cost = RunCost(Work(60, 120, 9, 80), timed(patch, slow).seconds, 2.0, 4.0, late)
+    assert truth <= cost.seconds <= BUSY * truth
+    least, most = cost.whole
+    assert truth <= least <= most <= 3.0 * BUSY * truth
+
+
+def test_the_rest_goes_at_the_pace_of_all_or_of_the_second_half():
+    assert carried(1.0, 0.1) == (1.0, 1.0)
+    assert carried(0.25, 0.25) == (2.5, 4.0)  # half the pace of all in the second half
+    assert carried(0.25, 0.75) == (4.0, 5.5)
+    assert carried(1.0 / CARRIED, 0.5) == (CARRIED, CARRIED)
+
+
+@pytest.mark.parametrize("part", [0.99 / CARRIED, 1e-3, 1.5e-5, 0.0])
+def test_a_run_of_which_too_little_was_run_is_not_known(part):
+    cost = RunCost(Work(500, 700, 90, 900), 0.05, part * 60.0, 60.0)
+    assert cost.whole is None
+    assert cost.factors is None
+    assert cost.words().startswith("not known: 500 steps, 700 right-hand sides")
+    assert f"more than {CARRIED:g} times" in cost.words()
+
+
+def test_of_a_few_steps_the_work_is_told_and_the_time_is_not():
+    cost = RunCost(Work(3, 5, 1, 8), 0.7, 60.0, 60.0)
+    assert cost.whole is None
+    assert cost.words() == (
+        "3 steps, 5 right-hand sides, 1 Jacobians, 8 solves; these are too few to tell their time"
+    )
+
+
+def test_a_chain_whose_spheres_are_all_held_costs_nothing():
+    held = nrchain.load_scene("passive", **{"chain.particles": 2, "chain.ends": "clamped"})
+    cost = cost_of(nrchain.simulate(held))
+    assert cost.work == Work(0, 0, 0, 0)
+    assert cost.whole == (0.0, 0.0)
+
+
+def test_the_cost_of_a_run_is_the_price_of_what_it_does():
+    with fake_processor(Processor()) as processor:
+        run = nrchain.simulate(SCENE)
+        assert cost_of(run).seconds == processor.truth
+    assert cost_of(run).work.evaluations == processor.done["rates"]
+    assert cost_of(run).work.jacobians == processor.done["linearise"]
+    assert cost_of(run).work.solves == processor.done["solve"]
+
+
+def test_who_watches_and_writes_is_no_part_of_the_cost(monkeypatch, tmp_path):
+    with fake_processor(Processor()) as processor:
+
+        def spend(method):
+            def call(*arguments, **options):
+                processor.now += 0.5
+                return method(*arguments, **options)
+
+            return call
+
+        for name in ("write", "checkpoint", "update_counters"):
+            method = getattr(TrajectoryWriter, name)
+            monkeypatch.setattr(TrajectoryWriter, name, spend(method))
+        run = nrchain.simulate(SCENE, output=tmp_path / "run.h5", progress=spend(lambda _: None))
+        assert processor.now > processor.truth + 50.0
+    assert cost_of(run).seconds == processor.truth
+
+
+def test_on_a_busy_processor_that_compiles_the_cost_stays_within_a_factor_of_its_work():
+    """Threads on all cores slow every step; kernels compile for hours where they are first met."""
+    for seed in range(5):
+        random = np.random.default_rng(seed)
+        met: set[float] = set()
+
+        def busy(price, random=random, met=met):
+            compiled = 0.0 if price in met else 3600.0
+            met.add(price)
+            return price * random.uniform(1.0, BUSY) + compiled
+
+        with fake_processor(Processor(busy)) as processor:
+            cost = cost_of(nrchain.simulate(SCENE))
+        assert len(met) == len(PRICES)
+        assert processor.now > 3600.0
+        assert 0.8 * processor.truth <= cost.seconds <= BUSY * processor.truth
+
+
+def test_plan_cost_and_run_tell_one_number(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text(SCENE.to_toml(), encoding="utf-8")
+    with fake_processor(Processor()) as processor:
+        run = cost_of(nrchain.simulate(SCENE))
+        expected = processor.truth
+        file = cost_of(nrchain.simulate(SCENE, output=tmp_path / "run.h5"))
+        kept = cost_of(nrchain.Trajectory.open(tmp_path / "run.h5"))
+        planned = plan_effects(SCENE)
+        measured = work_precision(SCENE, budget=3.0)
+        printed = CliRunner().invoke(app, ["run", str(path), "-o", str(tmp_path / "out")])
+    told = [run, file, kept, planned.cost, measured.own]
+    assert {one.seconds for one in told} == {expected}
+    assert {one.work for one in told} == {run.work}
+    words = f"{run.work.words()} in {expected:.0f} s of processor time"
+    assert f"the run: {words}" in planned.notes()
+    assert f"the scene as it is: {words}" in measured.notes()
+    assert printed.exit_code == 0, printed.stderr
+    shown = printed.stderr + printed.stdout
+    assert f"{expected:.0f} s" in shown
+    assert all(
+        work.DEFINITION in text
+        for text in (shown, *("\n".join(found.notes()) for found in (planned, measured)))
+    )
+
+
+def test_a_run_that_is_resumed_costs_what_it_did_at_once(tmp_path):
+    path = tmp_path / "run.h5"
+    with fake_processor(Processor()) as processor:
+        nrchain.simulate(nrchain.load_scene(SCENE, **{"run.max_steps": 30}), output=path)
+        begun = cost_of(nrchain.Trajectory.open(path))
+        assert begun.seconds == processor.truth
+        assert 0.0 < begun.part < 1.0
+        while (run := nrchain.resume(path)).status != "completed":
+            assert run.counters["steps"] < 1000
+        done = cost_of(run)
+        alone = cost_of(nrchain.simulate(SCENE))
+    assert done.part == 1.0
+    assert done.seconds == alone.seconds
+
+
+def test_what_is_foretold_of_a_part_holds_for_the_whole():
+    """A chain that spins goes at a pace that is even but for its start."""
+    scene = nrchain.load_scene("spiral-left", **{"run.end": 20.0})
+    with fake_processor(Processor()):
+        whole = cost_of(nrchain.simulate(scene))
+        part = foretell(scene, allowed=0.3 * whole.work.evaluations * evaluation_cost(scene)).cost
+    assert 1.0 / CARRIED < part.part < 0.5
+    least, most = part.whole
+    assert least / 1.5 <= whole.seconds <= 1.5 * most
+    assert f"carried on from t = {part.reached:.3g} of 20" in part.words()
+
+
+def test_how_much_is_run_hangs_on_no_clock(monkeypatch):
+    scene = nrchain.load_scene(SCENE, **{"run.end": 1e5})
+    quick = foretell(scene, allowed=5e-3)
+    now = 0.0
+
+    def hours():
+        nonlocal now
+        now += 3600.0
+        return now
+
+    monkeypatch.setattr(work, "clock", hours)
+    slow = foretell(scene, allowed=5e-3)
+    assert slow.scene == quick.scene
+    assert slow.cost.work == quick.cost.work
+    assert slow.cost.seconds > 3600.0
+    assert slow.cost.whole is None
+    assert np.array_equal(slow.trajectory.positions, quick.trajectory.positions)
+
+
+def test_a_run_that_stops_has_cost_what_it_took():
+    limp = {f"elasticity.{name}": 0.0 for name in ("stretch", "shear", "twist", "bend")}
+    scene = nrchain.load_scene(
+        {"chain.particles": 3, "slip.2s": -100.0, "run.end": 100.0, "run.atol": 1e-9} | limp
+    )
+    cost = foretell(scene).cost
+    assert cost.part == 1.0
+    assert cost.end < 100.0
+    assert cost.factors == (1.0, 1.0)
+    assert math.isfinite(cost.seconds)

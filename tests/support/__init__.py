@@ -1,0 +1,1 @@
+"""What several test files share: chains, scenes, clocks, and reference sums in plain loops."""

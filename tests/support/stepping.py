@@ -1,0 +1,109 @@
+"""Scenes, a bare stepping loop and distances between poses, for the tests of integrators."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import nrchain
+from nrchain.motion.charts import TURN_LIMIT, ChartedChain
+from nrchain.motion.integrators import find_integrator
+from nrchain.motion.integrators.base import Integrator
+from nrchain.motion.model import Model
+from nrchain.scene.poses import initial_poses
+
+
+def small(name: str, count: int, end: float, **changes):
+    """A shipped scene with few spheres."""
+    return nrchain.load_scene(name, **{"chain.particles": count, "run.end": end, **changes})
+
+
+def tumbling(end: float = 12.0):
+    """Four spheres on a soft free chain: its slip turns them in all directions, several times."""
+    return nrchain.load_scene(
+        {
+            "chain": {"particles": 4, "spacing": 4.0},
+            "elasticity": {"stretch": 2.0, "shear": 2.0, "twist": 20.0, "bend": 20.0},
+            "slip": {
+                "2s": 1.0,
+                "3a": 2.0,
+                "3t": 2.0,
+                "4a": {"strength": 60.0, "axis": [1.0, 0.2, 0.0]},
+            },
+            "start": {"shape": "helix-left", "amplitude": 0.5},
+            "run": {"end": end},
+        }
+    )
+
+
+def periodic():
+    """A periodic chain with slip that reaches two neighbours, carrying a wave."""
+    return nrchain.load_scene(
+        {
+            "chain": {"particles": 8, "ends": "periodic"},
+            "elasticity": {"ratio": 1e7},
+            "slip": {"neighbours": 2, "3t": 1000.0, "3a": 500.0},
+            "start": {"shape": "helix-left", "amplitude": 1.0, "wavenumber": 1},
+            "run": {"end": 20.0},
+        }
+    )
+
+
+def prepare(scene, name: str, tolerance: float, **options) -> tuple[ChartedChain, Integrator]:
+    """A chain at the start of its scene and an integrator ready to step."""
+    chain = ChartedChain(Model(scene))
+    chain.rebase(0.0, *initial_poses(scene))
+    atol = np.full(chain.dimension, tolerance)
+    integrator = find_integrator(name)(chain, scene.run.end, tolerance, atol, **options)
+    integrator.start(0.0, np.zeros(chain.dimension))
+    return chain, integrator
+
+
+def poses_at(chain: ChartedChain, integrator: Integrator, time: float):
+    """Copies of positions and frames at a time within the last step."""
+    return tuple(array.copy() for array in chain.poses(time, integrator.at(time)))
+
+
+@dataclass
+class Path:
+    """Poses at given times, and what it took to get there."""
+
+    positions: np.ndarray
+    frames: np.ndarray
+    chain: ChartedChain
+    integrator: Integrator
+    turned: np.ndarray
+    """Angle (N,) that each sphere turned through, added up over the steps."""
+
+
+def integrate(scene, name: str, tolerance: float, times, **options) -> Path:
+    """Step past the last of ``times``, leaving a chart as a run does."""
+    chain, integrator = prepare(scene, name, tolerance, **options)
+    poses, pending = [], list(times)
+    frames = chain.base_frames
+    turned = np.zeros(chain.model.count)
+    while pending:
+        reached = integrator.step()
+        while pending and pending[0] <= reached:
+            poses.append(poses_at(chain, integrator, pending.pop(0)))
+        y = integrator.at(reached)
+        now = poses_at(chain, integrator, reached)
+        turned += angles(frames, now[1])
+        frames = now[1]
+        if chain.largest_turn(y) > TURN_LIMIT:
+            chain.rebase(reached, *now)
+            integrator.start(reached, np.zeros(chain.dimension))
+    return Path(*map(np.array, zip(*poses, strict=True)), chain, integrator, turned)
+
+
+def angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The geodesic angle of each rotation from a to b, exact for small ones."""
+    half_chord = np.linalg.norm(a - b, axis=(-2, -1)) / np.sqrt(8.0)
+    return 2.0 * np.arcsin(np.minimum(half_chord, 1.0))
+
+
+def distances(a: Path, b: Path) -> tuple[float, float]:
+    """The largest distance between positions, and angle between frames, at equal times."""
+    apart = np.linalg.norm(a.positions - b.positions, axis=-1).max()
+    return float(apart), float(angles(a.frames, b.frames).max())

@@ -1,0 +1,120 @@
+"""Which growth a step follows: by its size in tolerances, by h μ, and by what else grows."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from nrchain.motion.integrators import INTEGRATORS, find_integrator
+from nrchain.motion.integrators.radau_stages import RUNGE_KUTTA
+from nrchain.watch.followed import LARGEST, SEEN, SHARE, SOLVED, Sight
+from nrchain.watch.growing_modes import Growth
+
+RADIUS, ATOL = 2.0, 1e-9
+BACKWARD = [name for name in INTEGRATORS if name != "radau"]
+
+
+def sight(rtol=0.0, y=0.0, most=0.0, followed=1.0):
+    atol = ATOL * np.tile(np.repeat([RADIUS, 1.0], 3), 2)
+    integrator = SimpleNamespace(atol=atol, rtol=rtol, followed=followed)
+    return Sight.of(integrator, ATOL, np.full(12, y), np.full(12, most))
+
+
+def alike(*amplitudes):
+    """Parts all of whose coordinates are as large as each other, in radii and radians."""
+    return np.outer(amplitudes, np.tile(np.repeat([RADIUS, 1.0], 3), 2))
+
+
+def lost(rates, sizes, step, left=1e3):
+    amplitudes = ATOL * np.array(sizes)
+    growth = Growth(np.array(rates, float), alike(*amplitudes))
+    return sight().passed_over(growth, step, left, amplitudes.max())
+
+
+def radau_factor(z):
+    """R(z) = 1 + z bᵀ(I − zA)⁻¹1, of which bᵀ is the last row of A."""
+    return 1.0 + z * RUNGE_KUTTA[-1] @ np.linalg.solve(np.eye(3) - z * RUNGE_KUTTA, np.ones(3))
+
+
+def test_radau_multiplies_what_grows_as_it_should_up_to_the_step_it_names():
+    limit = find_integrator("radau").followed
+    for z in np.linspace(0.0, limit, 20):
+        assert radau_factor(z) == pytest.approx(math.exp(z), rel=0.02)
+    assert abs(radau_factor(10.0 * limit)) < 1.0
+
+
+@pytest.mark.parametrize("name", BACKWARD)
+@pytest.mark.parametrize("order", [1, 2, 3, 4, 5])
+def test_backward_differences_let_grow_faster_than_it_should_up_to_the_step_they_name(name, order):
+    """Σ_k (1 − 1/ξ)^k/k = z has a root ξ ≥ exp z up to the sum at 1/ξ = 0, the pole."""
+    poles = sum(1.0 / k for k in range(1, order + 1))
+    assert find_integrator(name).followed <= poles
+    for z in np.linspace(0.05, 0.95, 10):
+        series = [-z, *(1.0 / k for k in range(1, order + 1))]
+        roots = np.polynomial.Polynomial(series).roots()
+        passed = [1.0 / (1.0 - x.real) for x in roots if abs(x.imag) < 1e-9 and 0.0 < x.real < 1.0]
+        assert passed
+        assert max(passed) >= math.exp(z)
+
+
+def test_sizes_are_in_tolerances_of_radii_and_radians():
+    assert sight().sizes(alike(3e-7), ATOL, 0.0)[0] == pytest.approx(3e-7 / ATOL)
+    seen = sight(rtol=1e-5, y=-0.5).sizes(alike(1e-6), 0.0, 1e-5)[0]
+    assert seen == pytest.approx(1e-6 / 5e-6 * math.sqrt((RADIUS**2 + 1.0) / 2.0))
+
+
+def test_what_is_seen_is_followed_whatever_the_step_is():
+    assert lost([10.0], [1.01 * SEEN], step=10.0) is None
+    assert lost([10.0], [0.99 * SEEN], step=10.0) == 0
+
+
+def test_what_is_not_seen_is_followed_in_short_steps():
+    assert lost([10.0], [0.5], step=0.09) is None
+    assert lost([10.0], [0.5], step=0.11) == 0
+
+
+def test_what_is_far_below_the_tolerance_may_be_made_of_errors():
+    assert lost([10.0], [1.01 * SOLVED], step=1e-6) is None
+    assert lost([10.0], [0.99 * SOLVED], step=1e-6) == 0
+
+
+def test_errors_of_spheres_that_have_come_far_hide_a_bend():
+    """Not from a step that passes over it: that would be seen where spheres have hardly moved."""
+    growth = Growth(np.array([10.0]), alike(1e-6))
+    far = np.r_[np.full(6, 1.0), np.zeros(6)]
+    held = sight(rtol=1e-3)
+    moved = Sight(held.unit, held.atol, held.rtol, far, far, held.followed)
+    assert held.passed_over(growth, 1e-6, 1e3, 1e-6) is None
+    assert moved.sizes(growth.parts, ATOL, 1e-3)[0] > SEEN
+    assert moved.passed_over(growth, 1e-6, 1e3, 1e-6) == 0
+    assert moved.resolving(growth.parts[0]).startswith("run.rtol = ")
+
+
+def test_what_stays_below_the_tolerance_does_not_matter():
+    folds = math.log(1.0 / 0.5)
+    assert lost([10.0], [0.5], step=10.0, left=0.09 * folds) is None
+    assert lost([10.0], [0.5], step=10.0, left=0.11 * folds) == 0
+
+
+def test_what_is_a_small_part_of_the_bend_by_then_does_not_matter():
+    """The bend of 1000 tolerances at rate 10 is large after a time in which the other grows too."""
+    large = 1e3
+    time = math.log(LARGEST / (large * ATOL)) / 10.0
+    needed = SHARE * LARGEST / ATOL * math.exp(-20.0 * time)
+    assert lost([10.0, 20.0], [large, 0.9 * needed], step=1.0) is None
+    assert lost([10.0, 20.0], [large, 1.1 * needed], step=1.0) == 1
+
+
+@pytest.mark.parametrize(
+    ("size", "rtol", "moved", "advised"),
+    [
+        (2.0, 0.0, 0.0, "run.atol = 2e-11"),
+        (300.0, 1e-3, 1.0, "run.rtol = 2e-09"),
+        (2.0, 1e-3, 1.0, "run.atol = 2e-11 and run.rtol = 3e-11"),
+        (1e-5, 0.0, 0.0, ""),
+    ],
+)
+def test_the_tolerance_named_is_the_one_that_hides_it(size, rtol, moved, advised):
+    part = alike(size * ATOL)[0]
+    assert sight(rtol=rtol, y=moved, most=moved).resolving(part) == advised

@@ -1,0 +1,210 @@
+"""What grows is followed, or the run says that it is not, whatever makes the chain unstable."""
+
+import math
+import re
+import warnings
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import ArpackError, ArpackNoConvergence
+
+import nrchain
+from nrchain.motion.charts import ChartedChain
+from nrchain.motion.model import Model
+from nrchain.outcome import Cause
+from nrchain.planning.start import starting_poses
+from nrchain.watch import growing_modes, growth
+from nrchain.watch.growing_modes import growth_about_base
+
+X = np.array([1.0, 0.0, 0.0])
+OBLIQUE = np.array([[0.6, 0.64, 0.48], [-0.8, 0.48, 0.36], [0.0, -0.6, 0.8]])
+"""A turn whose rows have no zero but one: what happens along the chain, happens along x, y, z."""
+
+COLUMN = {
+    "elasticity.ratio": 1e12,
+    "field.force": [300.0, 0.0, 0.0],
+    "start.shape": "sine",
+    "run.end": 1.4,
+}
+
+
+def passive(**changes):
+    return nrchain.load_scene("passive", **{"run.snapshots": 3} | changes)
+
+
+def compressed(scene, bend):
+    """A clamped chain 3 % too short for its links, bent by so many radii."""
+    places = np.arange(scene.chain.particles)
+    positions = 0.97 * scene.chain.spacing * places[:, None] * X
+    positions[:, 2] = bend * scene.chain.radius * np.sin(np.pi * places / places[-1])
+    return positions
+
+
+def obliquely_compressed(scene, bend):
+    """That chain with all that it lacks in its middle link, along no axis of the lab."""
+    positions, frames = compressed(scene, bend), starting_poses(scene)[1]
+    places, whole = np.arange(len(positions)), scene.chain.spacing
+    far = positions[-1, 0] - whole * places[::-1]
+    positions[:, 0] = np.where(places < len(places) // 2, whole * places, far)
+    return {"positions": positions @ OBLIQUE, "frames": frames @ OBLIQUE}
+
+
+def squeezed(**changes):
+    changes = {"chain.particles": 10, "elasticity.ratio": 1e9, "run.end": 5.0} | changes
+    return passive(**{"start.shape": "straight"} | changes)
+
+
+def largest_offset(trajectory):
+    """From the line through the ends."""
+    offsets = trajectory.positions[-1] - trajectory.positions[-1, 0]
+    axis = offsets[-1] / np.linalg.norm(offsets[-1])
+    return float(np.linalg.norm(offsets - np.outer(offsets @ axis, axis), axis=1).max())
+
+
+def advised(trajectory):
+    """The changes that the reason of a stop names."""
+    assert trajectory.cause is Cause.GROWTH
+    text = re.search(r"do not follow it; (.*), or a larger start resolves it", trajectory.reason)[1]
+    return {key: float(value) for key, value in re.findall(r"(run\.[ar]tol) = (\S+)", text)}
+
+
+def test_a_compressed_chain_is_not_left_straight_and_the_tolerance_named_follows_it():
+    scene = squeezed()
+    start = compressed(scene, 1e-10)
+    changes = advised(nrchain.simulate(scene, positions=start))
+    assert list(changes) == ["run.atol"]
+    found = nrchain.simulate(squeezed(**changes), positions=start)
+    for rtol in (1e-10, 1e-11, 1e-12):
+        # the bend is a thousand times atol: no rtol hides it, and none is refused
+        fine = {"run.atol": 1e-13, "run.rtol": rtol, "run.integrator": "radau"}
+        truth = nrchain.simulate(squeezed(**fine), positions=start)
+        assert truth.status == "completed"
+        assert largest_offset(truth) > 1.0
+        assert largest_offset(found) == pytest.approx(largest_offset(truth), rel=0.01)
+
+
+@pytest.mark.parametrize("integrator", ["cvode", "radau"])
+def test_where_far_motion_along_the_chain_hides_its_bend_rtol_is_named_and_follows_it(integrator):
+    """The bend of 1e-8 is 1e5 times atol; spheres move by a radius, a 1e-5 of which is 1e-5."""
+    coarse = {"run.atol": 1e-13, "run.rtol": 1e-5, "run.integrator": integrator}
+    scene = squeezed(**coarse)
+    start = obliquely_compressed(scene, 1e-8)
+    changes = advised(nrchain.simulate(scene, **start))
+    assert list(changes) == ["run.rtol"]
+    found = nrchain.simulate(squeezed(**coarse | changes), **start)
+    assert found.status == "completed"
+    upright = start["positions"] @ OBLIQUE.T
+    truth = nrchain.simulate(squeezed(**coarse | {"run.rtol": 1e-10}), positions=upright)
+    assert largest_offset(truth) > 1.0
+    assert largest_offset(found) == pytest.approx(largest_offset(truth), rel=0.01)
+
+
+@pytest.mark.parametrize("dense", [True, False])
+@pytest.mark.parametrize("integrator", ["cvode", "radau"])
+def test_steps_that_pass_over_a_growth_end_the_run(monkeypatch, integrator, dense):
+    """The load bends a column at rate 143, and most of a sine is in modes that grow slower."""
+    if not dense:
+        monkeypatch.setattr(growing_modes, "DENSE", 0)
+    changes = COLUMN | {"start.amplitude": 1e-5, "run.integrator": integrator}
+    with pytest.warns(nrchain.SceneWarning, match=r"bends grow by up to e\^200"):
+        stopped = nrchain.simulate(passive(**changes))
+    assert 0.0 < stopped.time[-1] < 0.1
+    assert "rate 143" in stopped.reason
+    found = nrchain.simulate(passive(**changes | advised(stopped)))
+    # a run at tolerances of 1e-12 gives 5.405
+    assert largest_offset(found) == pytest.approx(5.405, rel=0.01)
+
+
+@pytest.mark.parametrize("amplitude", [0.0, 1e-9, 1e-3])
+def test_a_chain_that_decays_completes_and_warns_of_nothing(amplitude):
+    scene = passive(**{"start.shape": "sine", "start.amplitude": amplitude, "slip.2s": -100.0})
+    with warnings.catch_warnings(action="error", category=nrchain.SceneWarning):
+        trajectory = nrchain.simulate(scene)
+    assert trajectory.status == "completed"
+    assert largest_offset(trajectory) < max(amplitude, 1e-15)
+
+
+def test_a_chain_that_is_bent_is_looked_at_every_eighth_step(monkeypatch):
+    looks, bend = [], growth._bend
+    monkeypatch.setattr(growth, "_bend", lambda *given: looks.append(bend(*given)) or looks[-1])
+    bent = {"start.shape": "sine", "start.amplitude": 10.0, "run.rtol": 1e-9, "run.atol": 1e-9}
+    steps = nrchain.simulate(passive(**bent)).counters["steps"]
+    assert set(looks) == {growth.LARGEST}
+    assert steps > 10 * growth.BENT
+    assert len(looks) == math.ceil(steps / growth.BENT)
+
+
+def test_an_unstable_chain_that_is_straight_stays_so_and_says_it_once():
+    scene = squeezed()
+    with pytest.warns(nrchain.SceneWarning, match="straight to rounding at t = ") as told:
+        trajectory = nrchain.simulate(scene, positions=compressed(scene, 0.0))
+    assert len(told) == 1
+    assert trajectory.status == "completed"
+    assert largest_offset(trajectory) == 0.0
+
+
+def found_both_ways(monkeypatch, chain, least, fast):
+    """Modes by all eigenvalues, and by those near the rates given, of long chains."""
+    monkeypatch.setattr(growing_modes, "DENSE", 10**6)
+    every = growth_about_base(chain, X, least, fast)
+    monkeypatch.setattr(growing_modes, "DENSE", 0)
+    return every, growth_about_base(chain, X, least, fast)
+
+
+@pytest.mark.parametrize("slip", [{}, {"slip.2s": 40.0, "slip.3t": 400.0}, {"slip.4a": 5e3}])
+def test_long_chains_have_the_rates_and_parts_of_all_eigenvalues(monkeypatch, slip):
+    """The two share nothing: left eigenvectors of the whole, and a power of an inverse."""
+    scene = squeezed(**{"chain.particles": 20, "run.end": 0.01} | slip)
+    start = compressed(scene, 1e-6)
+    start[:, 1] = 1e-6 * np.linspace(0.0, 1.0, 20) ** 2 * np.linspace(1.0, 0.0, 20)
+    poses = nrchain.simulate(scene, positions=start)
+    chain = ChartedChain(Model(scene))
+    chain.rebase(0.0, poses.positions[-1], poses.frames[-1])
+    every, near = found_both_ways(monkeypatch, chain, 0.2, 2.0)
+    assert every.rates.max() > 1.0
+    for rate, part in zip(every.rates, every.parts, strict=True):
+        if rate < 0.5 * every.rates.max():
+            continue
+        nearest = int(np.argmin(np.abs(near.rates - rate)))
+        assert near.rates[nearest] == pytest.approx(rate, rel=1e-4)
+        np.testing.assert_allclose(near.parts[nearest], part, atol=1e-3 * part.max())
+
+
+@pytest.mark.parametrize("dense", [10**6, 0])
+def test_a_part_that_has_outgrown_all_others_is_the_bend(monkeypatch, dense):
+    """One of 2e-12 a at rate 67 is 2e-4 of a bend at the start, and nearly all after t = 0.25."""
+    monkeypatch.setattr(growing_modes, "DENSE", dense)
+    fine = {"run.atol": 1e-13, "run.rtol": 1e-9, "run.end": 0.25, "run.snapshots": 26}
+    scene = squeezed(**fine)
+    poses = nrchain.simulate(scene, positions=compressed(scene, 1e-10))
+    chain = ChartedChain(Model(scene))
+
+    def leading(frame):
+        chain.rebase(0.0, poses.positions[frame], poses.frames[frame])
+        found = growth_about_base(chain, X, 20.0, 70.0)
+        first = int(np.argmax(found.rates))
+        return found.rates[first], found.parts[first].reshape(-1, 6)[:, 2]
+
+    rate, part = leading(-1)
+    np.testing.assert_allclose(part, np.abs(poses.positions[-1, chain.order, 2]), rtol=1e-3)
+    before = leading(-11)[1].max()
+    assert math.log(part.max() / before) == pytest.approx(0.1 * rate, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "failure",
+    [
+        ArpackNoConvergence("no convergence: %s", np.empty(0), np.empty((48, 0))),
+        ArpackError(-9),
+        FloatingPointError("the Newton matrix is singular"),
+    ],
+)
+def test_rates_that_are_not_found_leave_the_run_as_it_is(monkeypatch, failure):
+    def fail(*_, **__):
+        raise failure
+
+    monkeypatch.setattr(growing_modes, "DENSE", 0)
+    monkeypatch.setattr("scipy.sparse.linalg.eigs", fail)
+    scene = squeezed(**{"run.end": 1e-3})
+    found = nrchain.simulate(scene, positions=compressed(scene, 1e-10))
+    assert found.status == "completed"

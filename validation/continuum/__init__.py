@@ -1,0 +1,1 @@
+"""Simulated growth rates and phase velocities against the continuum laws."""

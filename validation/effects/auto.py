@@ -1,0 +1,246 @@
+"""Effects chosen for a tolerance: is it met, and how near is the time to the least there is?
+
+Times are those of the processor, on one thread: what else the machine does is not counted.
+"""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from nrchain.accuracy.timing import distance
+from nrchain.planning.auto import choose, full_scene, ladder
+from nrchain.planning.choice import Choice
+from nrchain.planning.nominal_cost import Fluid
+from nrchain.run.simulate import simulate
+from nrchain.run.work import FEWEST_STEPS, cost_of
+from nrchain.scene.scene import CHOSEN, Scene, load_scene
+from nrchain.trajectory.trajectory import Trajectory
+from validation.effects.scenes import completed, long_scene, random_scene
+from validation.report.recorder import Recorder
+
+SCENES, LONG_SCENES = 44, 4
+QUICK_SCENES, QUICK_LONG = 3, 1
+TOLERANCES = (0.003, 0.03, 0.3, 3.0)
+REACHES = (1.0, 2.0, 4.0, 8.0, 16.0, math.inf)
+REPEATS = 3
+FACTOR = 2.0
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One scene: what was chosen, its error, and seconds of it, of the choice and of its rival.
+
+    ``rival`` is the least time of all sets that meet the tolerance, ``full`` that of the full
+    model. ``work`` is the share of a right-hand side that the choice states, of what it has chosen
+    or of the cheapest set, over the one that is measured; nan where there is none to measure.
+    """
+
+    name: str
+    tolerance: float
+    error: float
+    choice: Choice
+    chosen: Fluid
+    best: Fluid
+    chosen_seconds: float
+    choosing: float
+    rival: float
+    full: float
+    work: float
+
+
+def compare(recorder: Recorder) -> None:
+    """Record errors and times of choices over all scenes and tolerances."""
+    many, long = (QUICK_SCENES, QUICK_LONG) if recorder.quick else (SCENES, LONG_SCENES)
+    scenes = [(f"random {seed}", random_scene(seed), TOLERANCES[seed % 4]) for seed in range(many)]
+    scenes += [(f"long {seed}", long_scene(seed), 0.3) for seed in range(long)]
+    found = []
+    for number, (name, scene, tolerance) in enumerate(scenes):
+        recorder.step(f"auto: scene {number + 1} of {len(scenes)}")
+        found.append(_outcome(name, _left_to_choice(scene, tolerance)))
+    _record(recorder, found)
+
+
+def _left_to_choice(scene: Scene, tolerance: float) -> Scene:
+    """The scene with nothing said of its hydrodynamics, short enough that all models complete."""
+    plain: dict[str, Any] = {f"{part}.{key}": None for part, keys in CHOSEN.items() for key in keys}
+    scene = load_scene(scene, **plain)
+    full = full_scene(scene)
+    scene = load_scene(scene, **{"run.end": completed(full).run.end})
+    return load_scene(scene, effects="auto", tolerance=tolerance)
+
+
+def _outcome(name: str, scene: Scene) -> Outcome:
+    assert scene.tolerance is not None
+    choosing = math.inf
+    for _ in range(REPEATS):
+        began = clock.process_time()
+        concrete, choice = choose(scene)
+        choosing = min(choosing, clock.process_time() - began)
+    full = full_scene(scene)
+    reference = simulate(full)
+    sets = {fluid: fluid.applied(full) for fluid in _sets(full)}
+    runs = {fluid: _timed(one) for fluid, one in sets.items()}
+    chosen = Fluid.of(concrete)
+    if chosen not in runs:
+        sets[chosen], runs[chosen] = concrete, _timed(concrete)
+    good = [f for f, (run, _) in runs.items() if _error(run, reference) <= scene.tolerance]
+    quickest = sorted(good, key=lambda fluid: runs[fluid][1])[:3]
+    tasks = {fluid: partial(_timed, sets[fluid]) for fluid in (*quickest, Fluid.of(full))}
+    *others, own = _least([*tasks.values(), partial(_timed, concrete, choice)])
+    times = dict(zip(tasks, others, strict=True))
+    best = min(quickest, key=lambda fluid: times[fluid])
+    return Outcome(
+        name,
+        scene.tolerance,
+        _error(runs[chosen][0], reference),
+        choice,
+        chosen,
+        best,
+        own,
+        choosing,
+        times[best],
+        times[Fluid.of(full)],
+        _stated_work(choice, full, concrete),
+    )
+
+
+def _stated_work(choice: Choice, full: Scene, chosen: Scene) -> float:
+    """Share of the work of a right-hand side that is told, over the median of those measured."""
+    told, less = choice.work, chosen
+    if choice.forgone:
+        told = choice.forgone.work
+        if not (sets := ladder(full)):
+            return math.nan
+        less = sets[0].applied(full)
+    shares = []
+    for _ in range(REPEATS):
+        costs = [cost_of(simulate(scene)) for scene in (less, full)]
+        if min(cost.work.steps for cost in costs) < FEWEST_STEPS:
+            return math.nan
+        own, whole = (cost.seconds / cost.work.evaluations for cost in costs)
+        shares.append(own / whole)
+    return told / float(np.median(shares))
+
+
+def _sets(full: Scene) -> list[Fluid]:
+    """All combinations that are tried."""
+    whole, count = Fluid.of(full), full.chain.particles
+    reaches = [r for r in REACHES if r < count - 1 or math.isinf(r)]
+    sizes = sorted({whole.finite_size, False})
+    flows = {
+        (min(reach, whole.slip), min(reach, whole.strain), size)
+        for reach in reaches
+        for size in sizes
+    }
+    frictions = [0.0, *(r for r in reaches if r in (4.0, math.inf))]
+    return [Fluid(friction, *flow) for friction in frictions for flow in sorted(flows)]
+
+
+def _timed(scene: Scene, choice: Choice | None = None) -> tuple[Trajectory, float]:
+    began = clock.process_time()
+    run = simulate(scene, choice=choice)
+    return run, clock.process_time() - began
+
+
+def _least(tasks: list[Callable[[], tuple[Trajectory, float]]]) -> list[float]:
+    """The least time of each, taken in turns."""
+    return np.min([[task()[1] for task in tasks] for _ in range(REPEATS)], axis=0).tolist()
+
+
+def _error(run: Trajectory, reference: Trajectory) -> float:
+    return max(distance(run, reference))
+
+
+def _record(recorder: Recorder, found: list[Outcome]) -> None:
+    met = [one.error <= one.tolerance for one in found]
+    recorder.check(
+        "scenes in which effects chosen for a tolerance meet it",
+        len(found),
+        sum(met),
+        0.0,
+        relative=False,
+        source="largest distance from the run of the full model over all snapshots",
+    )
+    slower = [one.chosen_seconds / one.rival for one in found]
+    recorder.bound(
+        "run of the chosen effects over the cheapest that meet the tolerance, worst",
+        max(slower),
+        most=FACTOR,
+        source=f"{len(found)} scenes; all combinations tried, least of {REPEATS} times each",
+    )
+    whole = [(one.chosen_seconds + one.choosing) / one.rival for one in found]
+    if not recorder.quick:  # whose few scenes are short beside any probe
+        recorder.bound(
+            "the same with the time of choosing, median",
+            float(np.median(whole)),
+            most=FACTOR,
+            source="a probe beside the full model",
+        )
+        recorder.bound(
+            "the same with the time of choosing, part within a factor of two",
+            float(np.mean(np.array(whole) <= FACTOR)),
+            least=0.5,
+            source="no such claim is made in every case: the full model has to be looked at to be "
+            "left out",
+        )
+    stated = np.abs(np.log([one.work for one in found if math.isfinite(one.work)]))
+    recorder.bound(
+        "share of the work that is stated against the one measured, factor in the middle",
+        float(np.exp(np.median(stated))) if len(stated) else math.nan,
+        most=1.3,
+        source="processor time of a right-hand side, with all that comes with it, over runs",
+    )
+    left = [one for one in found if one.choice.left_out]
+    bounds = [one.error / one.choice.bound for one in left]
+    recorder.bound(
+        "error over the bound that was stated, worst",
+        max(bounds, default=math.nan),
+        most=1.25,
+        source=f"{len(left)} scenes in which something is left out",
+    )
+    recorder.table(
+        "Effects chosen for a tolerance",
+        ["Scene", "Tolerance [a]", "Left out", "Bound", "Error", "Run [ms]", "Choice [ms]",
+         "Cheapest [ms]", "Full [ms]", "Run / cheapest", "With choice / cheapest",
+         "Work stated / measured"],
+        [
+            (
+                one.name, one.tolerance, ", ".join(one.choice.left_out) or "nothing",
+                one.choice.bound, one.error, 1e3 * one.chosen_seconds, 1e3 * one.choosing,
+                1e3 * one.rival, 1e3 * one.full, one.chosen_seconds / one.rival,
+                (one.chosen_seconds + one.choosing) / one.rival, one.work,
+            )
+            for one in found
+        ],
+        "Scenes left to effects = \"auto\", against the full model and against all combinations "
+        "of reach, finite size and friction; the cheapest is the quickest within the tolerance.",
+    )  # fmt: skip
+    recorder.figure(
+        "auto",
+        _draw(found),
+        "Left: error of the chosen effects over the tolerance. Right: time over the cheapest that "
+        "meets it, of the run alone (dots) and with the choice (circles).",
+    )
+
+
+def _draw(found: list[Outcome]) -> Figure:
+    figure = Figure(figsize=(7.2, 3.2))
+    left, right = figure.subplots(1, 2)
+    number = np.arange(len(found))
+    left.semilogy(number, [max(o.error / o.tolerance, 1e-6) for o in found], ".", color="0.2")
+    left.axhline(1.0, ls=":", color="0.6")
+    left.set(xlabel="scene", ylabel="error / tolerance")
+    right.semilogy(number, [o.chosen_seconds / o.rival for o in found], ".", color="0.2")
+    whole = [(o.chosen_seconds + o.choosing) / o.rival for o in found]
+    right.semilogy(number, whole, "o", mfc="none", color="0.6")
+    right.axhline(FACTOR, ls=":", color="0.6")
+    right.set(xlabel="scene", ylabel="time / cheapest")
+    return figure

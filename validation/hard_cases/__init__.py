@@ -1,0 +1,1 @@
+"""Hard cases: how each ends, and what completes keeps its invariants."""

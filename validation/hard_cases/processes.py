@@ -1,0 +1,135 @@
+"""Runs in processes of their own: given other numbers of threads, killed, or long."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nrchain import load_scene
+from nrchain.scene.scene import Scene
+from validation.hard_cases.outputs import namespace
+
+ROOT = Path(__file__).parents[2]
+
+START, MARK, STATE = "/nrchain/finished", "/checkpoints/sequence", "/checkpoints/state"
+"""Data sets before whose writing a run is killed on purpose."""
+
+
+@dataclass(frozen=True)
+class Killed:
+    """A run that was killed: when, how its file stood, where it went on, and to the same bits?"""
+
+    when: str
+    status: str
+    snapshots: int
+    begin: float | None
+    agreed: bool
+
+
+def answer(
+    task: str, threads: int | None = None, within: Sequence[str] = (), **given: Any
+) -> dict[str, Any]:
+    """What a process answers that does a task of :mod:`validation.hard_cases.child`.
+
+    ``within`` is a command to run it by, and ``threads`` the number of threads it is given.
+    """
+    path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
+    more = {} if threads is None else {"NUMBA_NUM_THREADS": str(threads)}
+    done = subprocess.run(
+        [*within, sys.executable, "-m", "validation.hard_cases.child", task],
+        input=json.dumps(given),
+        capture_output=True,
+        text=True,
+        env=os.environ | {"PYTHONPATH": path} | more,
+    )
+    if done.returncode:
+        raise RuntimeError(f"{task}: exit code {done.returncode}: {done.stderr[-500:]}")
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def digests(scene: Scene, threads: tuple[int, ...]) -> set[str]:
+    """What runs with these numbers of threads leave, each by its hash."""
+    return {answer("digest", number, scene=scene.to_toml())["digest"] for number in threads}
+
+
+def outputs() -> dict[str, str]:
+    """Cases of outputs that cannot be written or read, and the line that each came to."""
+    with tempfile.TemporaryDirectory() as place:
+        plain, disk = Path(place, "plain"), Path(place, "disk")
+        plain.mkdir()
+        disk.mkdir()
+        return {
+            **answer("outputs", place=str(plain))["told"],
+            **answer("small_disk", within=namespace(), place=str(disk))["told"],
+        }
+
+
+def soak(directory: Path, steps: int) -> dict[str, Any]:
+    """A run of so many steps that never comes to rest, and what its memory grew by.
+
+    The axis of the slip is tilted, and the chain tumbles; the first tenth of the run is left out.
+    """
+    scene = load_scene(
+        {
+            "chain": {"particles": 4},
+            "elasticity": {"stretch": 20.0, "shear": 20.0},
+            "slip": {"4a": {"strength": 3000.0, "axis": [1.0, 0.3, 0.0]}},
+            "start": {"shape": "random"},
+            "run": {"end": 1e4, "snapshots": 1001, "max_steps": steps},
+        }
+    )
+    path = str(directory / "soak.h5")
+    return answer("soak", scene=scene.to_toml(), path=path, warm=steps // 10)
+
+
+def kills_resumed(directory: Path, times: int, seed: int = 0) -> list[Killed]:
+    """Runs killed at random moments, and whether they went on to the bits of the whole run.
+
+    A third of the moments are random in time, another third random among all that is written to
+    the file. The others are chosen: before the first snapshot counts, and between the data of a
+    checkpoint, or of a snapshot, and the mark that makes it count. All runs, the uninterrupted one
+    too, load their kernels from disk.
+    """
+    scene = load_scene("spiral-left", **{"run.end": 200.0, "run.snapshots": 401}).to_toml()
+    # this process may have to compile the kernels that the others find on disk
+    whole = answer("write", scene=scene, path=str(directory / "whole.h5"))
+    rng = np.random.default_rng(seed)
+    paths = [str(directory / f"killed-{number}.h5") for number in range(times)]
+    written = whole["written"]
+    places = _places(written, times, rng)
+    moments = rng.uniform(0.0, whole["seconds"], times).tolist()
+    killed = answer("kill", scene=scene, paths=paths, places=places, seconds=moments)["killed"]
+    found = answer("resume", paths=paths, scene=scene)
+    return [
+        Killed(
+            f"before write {place} of {len(written)}, to {written[place - 1].lstrip('/')}"
+            if place
+            else f"after {moment:.3f} of {whole['seconds']:.3f} s",
+            run["status"] if dead else "not killed",
+            run["snapshots"],
+            run["from"],
+            run["digest"] == found["digest"],
+        )
+        for place, moment, dead, run in zip(places, moments, killed, found["runs"], strict=True)
+    ]
+
+
+def _places(written: list[str], times: int, rng: np.random.Generator) -> list[int]:
+    """The counts of the writes before which to kill, and 0 for moments random in time."""
+    third = times // 3
+    anywhere = rng.integers(1, len(written) + 1, third).tolist()
+    chosen = []
+    for number in range(times - 2 * third):
+        name = (START, MARK, STATE, START)[number % 4]
+        counts = [count for count, one in enumerate(written, 1) if one.endswith(name)]
+        chosen.append(counts[0] if number == 0 else int(rng.choice(counts)))
+    return [*chosen, *anywhere, *[0] * third]

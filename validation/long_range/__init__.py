@@ -1,0 +1,1 @@
+"""What all pairs and friction between spheres change."""

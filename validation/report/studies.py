@@ -1,0 +1,110 @@
+"""The studies by name, in the order of the report; each is imported when it is run.
+
+A study is a module with a docstring that states its question and where the answer comes from, and
+a function ``study(recorder)``. Adding one is adding a row here.
+"""
+
+from __future__ import annotations
+
+import importlib
+import time
+import traceback
+from dataclasses import dataclass
+from typing import Any
+
+from nrchain.view import drawing
+from validation.report.recorder import Listener, Recorder
+
+
+@dataclass(frozen=True)
+class Study:
+    """Where a study is, and the line it is announced with."""
+
+    module: str
+    title: str
+
+
+STUDIES: dict[str, Study] = {
+    "pair_laws": Study(
+        "validation.pair_laws.run", "Pair laws: PyStokes, the closed forms and the paper, side by side"
+    ),
+    "rest": Study("validation.rest.run", "The chain at rest: prestress, pre-moment, V₀ and Ω₀"),
+    "linear_response": Study(
+        "validation.linear_response.run",
+        "Linear response: the lattice operator, the paper's equations and the continuum laws",
+    ),
+    "continuum": Study(
+        "validation.continuum.run", "Continuum laws from simulation: growth rates and phase velocities"
+    ),
+    "long_range": Study(
+        "validation.long_range.run",
+        "Long range: all pairs, how many neighbours, and friction between the spheres",
+    ),
+    "performance": Study(
+        "validation.performance.run", "Performance: against today's practice, and against N"
+    ),
+    "cost": Study("validation.cost.run", "What accuracy costs in time: four work–precision maps"),
+    "effects": Study(
+        "validation.effects.run", "Effects: what a plan says of each, and what a tolerance leaves out"
+    ),
+    "hard_cases": Study(
+        "validation.hard_cases.run", "Hard cases: how each ends, and what completes holds its laws"
+    ),
+}
+
+STYLE: dict[Any, Any] = {
+    "font.size": drawing.TEXT,
+    "axes.labelsize": drawing.LABEL,
+    "axes.linewidth": 0.6,
+    "axes.edgecolor": drawing.PALE,
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "grid.color": drawing.GRID,
+    "grid.linewidth": 0.5,
+    "xtick.color": drawing.PALE,
+    "ytick.color": drawing.PALE,
+    "xtick.labelcolor": drawing.INK,
+    "ytick.labelcolor": drawing.INK,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.major.size": 2.5,
+    "ytick.major.size": 2.5,
+    "mathtext.fontset": "cm",
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 4.5,
+    "figure.constrained_layout.use": True,
+}
+"""Of figures of studies: what the package names on its pictures part by part, and more."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A study that has been run: what it took down, how long it took and what stopped it."""
+
+    recorder: Recorder
+    seconds: float
+    error: str
+
+    @property
+    def passed(self) -> bool:
+        return not self.recorder.failed
+
+
+def run_study(name: str, *, quick: bool = False, listener: Listener | None = None) -> Outcome:
+    """Run one study to its end; an exception becomes a failed check, with its message."""
+    recorder = Recorder(name, quick=quick, listener=listener)
+    begin, error = time.perf_counter(), ""
+    try:
+        from matplotlib import rc_context, rcdefaults, rcParams
+
+        with rc_context():
+            rcdefaults()  # a report looks alike whatever the settings of who makes it
+            rcParams.update(STYLE)
+            importlib.import_module(STUDIES[name].module).study(recorder)
+    except Exception as stop:
+        where = traceback.extract_tb(stop.__traceback__)[-1]
+        error = f"{type(stop).__name__}: {stop} ({where.name}, line {where.lineno})"
+        recorder.fail("the study runs to its end", error)
+    return Outcome(recorder, time.perf_counter() - begin, error)

@@ -1,0 +1,1 @@
+"""The straight chain at rest: what it exerts on itself, how it swims and spins."""
