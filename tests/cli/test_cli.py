@@ -295,7 +295,10 @@ def test_a_picture_of_ones_own_is_replaced_only_when_told(tmp_path, stub):
         (["run", "passive", "--set", ".=1"], ["'.=1'", "key=value"]),
     ],
 )
-def test_a_command_line_that_is_not_understood_takes_one_line(arguments, parts):
+def test_a_command_line_that_is_not_understood_takes_one_line(
+    tmp_path, monkeypatch, arguments, parts
+):
+    monkeypatch.chdir(tmp_path)
     result = call(*arguments)
     assert result.exit_code == REFUSED
     assert len(result.stderr.splitlines()) == 1
@@ -488,7 +491,7 @@ def test_symbols_are_spelt_as_they_are_read():
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_while_libraries_are_loaded_takes_one_line(number):
+def test_a_signal_while_libraries_are_loaded_takes_one_line(tmp_path, number):
     child = f"""
 import os, sys
 from nrchain.__main__ import main
@@ -502,7 +505,8 @@ sys.meta_path.insert(0, Loading())
 sys.argv = ["nrchain", "run", "passive"]
 main()
 """
-    done = subprocess.run([sys.executable, "-c", child], capture_output=True, text=True)
+    command = [sys.executable, "-c", child]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (INTERRUPTED, "nrchain: interrupted\n")
 
 

@@ -15,10 +15,10 @@ from support.poses import random_chain
 
 import nrchain
 from nrchain.errors import SceneError, TrajectoryError
+from nrchain.geometry import near_pairs
 from nrchain.outcome import Cause, Stop
 from nrchain.planning import start
 from nrchain.run import simulate as run
-from nrchain.scene import poses as chain
 
 
 def sides(trajectory):
@@ -435,8 +435,8 @@ def test_the_closest_pair_is_that_of_all_images(period, search, seed, images):
     shifts = period * np.arange(-10.0, 11.0)[:, None, None] * [1.0, 0.0, 0.0]
     distances = np.linalg.norm(moved[i] - moved[j] + shifts, axis=-1).min(axis=0)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(chain, "DIRECT_SEARCH", search)
-        distance, first, second = chain.closest_pair(moved, period)
+        patch.setattr(near_pairs, "DIRECT_SEARCH", search)
+        distance, first, second = near_pairs.closest_pair(moved, period)
     assert distance == pytest.approx(distances.min())
     assert {first, second} == {i[np.argmin(distances)], j[np.argmin(distances)]}
 
