@@ -5,25 +5,21 @@ import pytest
 from nrchain import load_scene
 from nrchain.accuracy.timing import Measured
 from nrchain.run.work import Work
-from validation.cost import figures as cost_figures
-from validation.cost import model as cost_model
-from validation.cost import reach as cost_reach
-from validation.cost import resolution as cost_resolution
-from validation.cost import stepping as cost_stepping
-from validation.cost.stepping import Map, Setting
+from validation.cost import model, reach, resolution, stepping
+from validation.cost.results import Map, Setting, marks
 from validation.report.recorder import Recorder
 
 
 def test_a_loose_default_is_seen(monkeypatch):
-    monkeypatch.setattr(cost_stepping, "scene_names", lambda: ("passive", "stable"))
+    monkeypatch.setattr(stepping, "scene_names", lambda: ("passive", "stable"))
     recorder = Recorder("cost", quick=True)
-    cost_stepping._defaults(recorder)
+    stepping._defaults(recorder)
     assert not recorder.failed
 
     loose = Recorder("cost", quick=True)
     keys = {"run.rtol": 1e-3, "run.atol": 1e-3}
-    monkeypatch.setattr(cost_stepping, "load_scene", lambda name, **k: load_scene(name, **keys | k))
-    cost_stepping._defaults(loose)
+    monkeypatch.setattr(stepping, "load_scene", lambda name, **k: load_scene(name, **keys | k))
+    stepping._defaults(loose)
     assert len(loose.failed) == 2
 
 
@@ -41,36 +37,36 @@ def test_the_cheapest_setting_and_its_marks():
     one = Map("a scene", [loose, default, tight], 1e-10)
     assert one.cheapest(1e-2) is default
     assert one.cheapest(1e-8) is None
-    assert cost_figures.marks(one, default) == "default, 1 %, 0.1 %"
-    assert cost_figures.marks(one, tight) == "1e-6"
-    assert cost_figures.marks(one, loose) == ""
+    assert marks(one, default) == "default, 1 %, 0.1 %"
+    assert marks(one, tight) == "1e-6"
+    assert marks(one, loose) == ""
 
 
 def test_finite_size_helps_a_pair_and_not_a_chain():
-    pair = cost_model.pair_errors("2s", 10.0).errors
-    chain = cost_model.chain_errors("2s", 10.0).errors
+    pair = model.pair_errors("2s", 10.0).errors
+    chain = model.chain_errors("2s", 10.0).errors
     assert pair["finite size"] < 2e-3 * pair["leading order"]
     assert chain["finite size"] > 1.5 * chain["leading order"]
     assert 1e-3 < chain["leading order"] < 1e-2
 
 
 def test_friction_between_spheres_is_worth_three_orders_at_twenty_radii():
-    errors = cost_model.driven_errors(20.0).errors
+    errors = model.driven_errors(20.0).errors
     assert errors["pairwise"] < 1e-2 * errors["each by itself"]
 
 
 @pytest.mark.parametrize(("label", "error"), [("2s", 0.5), ("4a", 0.16)])
 def test_rates_with_nearest_neighbours_are_far_off(label, error):
-    full, near = (cost_reach._rate(label, k) for k in ("all", 1))
+    full, near = (reach._rate(label, k) for k in ("all", 1))
     assert abs(near / full - 1) > error
 
 
 def test_order_of_the_difference_formulas():
-    coarse, fine = (abs(cost_resolution.tilt_over_slope(x) - 1) for x in (0.4, 0.2))
+    coarse, fine = (abs(resolution.tilt_over_slope(x) - 1) for x in (0.4, 0.2))
     assert coarse / fine == pytest.approx(16, rel=0.05)
     assert fine == pytest.approx(3 / 160 * 0.2**4, rel=0.02)
 
 
 def test_spheres_needed_are_the_least():
-    n = cost_resolution._needed("2s", 1e-2)
-    assert cost_resolution.law_error("2s", n) <= 1e-2 < cost_resolution.law_error("2s", n - 1)
+    n = resolution._needed("2s", 1e-2)
+    assert resolution.law_error("2s", n) <= 1e-2 < resolution.law_error("2s", n - 1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,23 +11,19 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from validation.continuum.figures import MARKERS, SHADES
+from validation.cost.results import (
+    TARGET_NAMES,
+    TARGETS,
+    Case,
+    Map,
+    Priced,
+    Reached,
+    Resolved,
+    least_reach,
+)
 
-if TYPE_CHECKING:
-    from validation.cost.model import Case, Priced
-    from validation.cost.reach import Reached
-    from validation.cost.resolution import Resolved
-    from validation.cost.stepping import Map, Setting
-
-LEVELS = (1e-2, 1e-3, 1e-6)
-NAMES = {1e-2: "1 %", 1e-3: "0.1 %", 1e-6: "1e-6"}
 MARK = "#b00020"
 COLOURS = (SHADES[0], SHADES[2], SHADES[4], SHADES[5], SHADES[6])
-
-
-def marks(one: Map, setting: Setting) -> str:
-    """What the figure marks a setting for: "default", and the levels it is the cheapest for."""
-    found = ["default"] if setting.is_default else []
-    return ", ".join(found + [NAMES[v] for v in LEVELS if one.cheapest(v) is setting])
 
 
 def stepping(maps: Sequence[Map], levels: Sequence[float]) -> Figure:
@@ -49,7 +45,7 @@ def stepping(maps: Sequence[Map], levels: Sequence[float]) -> Figure:
         best = {level: one.cheapest(level) for level in levels}
         _squares(
             axes,
-            [(s.measured.median, s.measured.error, NAMES[v]) for v, s in best.items() if s],
+            [(s.measured.median, s.measured.error, TARGET_NAMES[v]) for v, s in best.items() if s],
         )
         axes.set_ylim(bottom=one.floor / 5)
         axes.set_xlim(left=0.6 * axes.get_xlim()[0])  # room for what is written beside the marks
@@ -58,17 +54,6 @@ def stepping(maps: Sequence[Map], levels: Sequence[float]) -> Figure:
         axes.set_title(f"({letter})  {one.name}", loc="left", fontsize=9)
         axes.legend()
     return figure
-
-
-def rate_marks(row: Sequence[Reached], point: Reached) -> str:
-    """As :func:`marks`, for the rates of a mode."""
-    found = ["default"] if point.is_default else []
-    return ", ".join(found + [NAMES[v] for v in LEVELS if least_reach(row, v) is point])
-
-
-def least_reach(row: Sequence[Reached], level: float) -> Reached | None:
-    """The shortest reach whose rate is within a level."""
-    return next((p for p in row if p.rate <= level), None)
 
 
 def reach(found: Mapping[str, Sequence[Reached]]) -> Figure:
@@ -89,7 +74,7 @@ def reach(found: Mapping[str, Sequence[Reached]]) -> Figure:
         right.loglog([1e6 * p.once for p in rates], [p.rate for p in rates], MARKERS[k] + "-",
                      **style)  # fmt: skip
         _ring(right, 1e6 * rates[0].once, rates[0].rate)
-        best = [least_reach(points, level) for level in LEVELS]
+        best = [least_reach(points, level) for level in TARGETS]
         _squares(right, [(1e6 * p.once, p.rate, f"{p.reach}") for p in best if p and p.rate > 0])
     all_pairs = 1e6 * float(np.median([points[-1].once for points in found.values()]))
     right.axvline(all_pairs, color="0.5", ls=":", lw=0.9)
@@ -155,9 +140,9 @@ def _prices(axes: Axes, priced: Sequence[Priced]) -> None:
     for k, p in enumerate(laws):
         axes.loglog(p.seconds, p.error, MARKERS[k], color=COLOURS[1], mfc="white", label=p.level)
     _ring(axes, laws[0].seconds, laws[0].error)
-    good = {level: [p for p in priced if p.error <= level] for level in LEVELS}
+    good = {level: [p for p in priced if p.error <= level] for level in TARGETS}
     best = {level: min(ps, key=lambda p: p.seconds) for level, ps in good.items() if ps}
-    _squares(axes, [(p.seconds, p.error, NAMES[level]) for level, p in best.items()])
+    _squares(axes, [(p.seconds, p.error, TARGET_NAMES[level]) for level, p in best.items()])
     axes.set_xlabel("one evaluation, five spheres [s]")
     axes.set_ylabel("relative error at $d = 10a$")
     axes.set_title("(d)  what a level costs", loc="left", fontsize=9)
@@ -178,7 +163,7 @@ def resolution(
     for k, kind in enumerate(needed):
         errors = [p.errors[kind] for p in points]
         left.loglog(counts, errors, MARKERS[k] + "-", color=COLOURS[k], mfc="white", label=kind)
-        for level, n in zip(LEVELS, needed[kind], strict=True):
+        for level, n in zip(TARGETS, needed[kind], strict=True):
             left.plot([n], [level], "s", color=COLOURS[k], ms=7, mfc="none", mew=1.0)
         if kind in shipped:
             _ring(left, shipped[kind], float(np.exp(np.interp(
@@ -194,8 +179,10 @@ def resolution(
         middle.annotate(str(p.count), (seconds, p.errors["passive"]), (4, 4),
                         textcoords="offset points", fontsize=7)  # fmt: skip
     passive = [(seconds, p.errors["passive"]) for seconds, p in zip(x, timed, strict=True)]
-    within = {level: [point for point in passive if point[1] <= level] for level in LEVELS}
-    _squares(middle, [(*min(points), NAMES[level]) for level, points in within.items() if points])
+    within = {level: [point for point in passive if point[1] <= level] for level in TARGETS}
+    _squares(
+        middle, [(*min(points), TARGET_NAMES[level]) for level, points in within.items() if points]
+    )
     _time_axis(middle, "processor time of one decay time [s]")
     middle.set_ylabel("error of the passive law")
     middle.set_title("(b)  what it costs", loc="left", fontsize=9)

@@ -19,7 +19,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cache
 from statistics import median
 
@@ -30,7 +29,8 @@ from nrchain import elastic_wrenches, load_scene
 from nrchain.hydrodynamics.resolved import ResolvedSpheres
 from nrchain.motion.model import Model
 from nrchain.scene.poses import frames_along
-from validation.cost import figures as cost_figures
+from validation.cost import figures
+from validation.cost.results import Case, Priced
 from validation.report.recorder import Recorder
 from validation.report.uniform_chains import STRENGTHS
 
@@ -50,23 +50,6 @@ SHORTER = 0.9
 """Rest spacing of that chain over the distance of its spheres."""
 RECOIL = "response of the neighbours' induced stresslet"
 SOURCE = "resolved spheres: exterior Stokes problem solved to convergence"
-
-
-@dataclass(frozen=True)
-class Case:
-    """One setting at one distance: the relative error of each level."""
-
-    distance: float
-    errors: dict[str, float]
-
-
-@dataclass(frozen=True)
-class Priced:
-    """A level at d = 10a: its error, and the seconds of all velocities of five spheres."""
-
-    level: str
-    error: float
-    seconds: float
 
 
 def compare(recorder: Recorder) -> None:
@@ -100,7 +83,7 @@ def compare(recorder: Recorder) -> None:
     )
     recorder.figure(
         "Hydrodynamic model",
-        cost_figures.model(pairs, chains, driven, priced),
+        figures.model(pairs, chains, driven, priced),
         "True relative error of velocities. (a) Two spheres, one with slip. (b) Five on an arc, "
         "all with slip. Solid: leading order; dashed: finite size, where it differs. (c) Five on "
         "an arc, driven by forces and torques. (d) Error at d = 10a of all this together against "

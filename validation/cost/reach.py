@@ -9,18 +9,18 @@ that of one right-hand side of a chain of 2048 spheres.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
 from statistics import median
 
 import numba
 import numpy as np
 
 from nrchain import load_scene, simulate
-from nrchain.accuracy.timing import Measured, measure_all
+from nrchain.accuracy.timing import measure_all
 from nrchain.motion.model import Model
 from nrchain.scene.poses import initial_poses
 from nrchain.theory.lattice_sums import Reach
-from validation.cost import figures as cost_figures
+from validation.cost import figures
+from validation.cost.results import Reached, rate_marks
 from validation.report.recorder import Recorder
 from validation.report.uniform_chains import LIMP, STRENGTHS, branch_rates, uniform_chain
 
@@ -29,31 +29,6 @@ PHASE = 0.1
 """qd of the waves: 63 spheres a wavelength."""
 SPHERES = 2048
 REPEATS = 21
-
-
-@dataclass(frozen=True)
-class Reached:
-    """One mode at one reach: relative errors, and what run and right-hand side cost.
-
-    Trajectories are compared up to t = ``until``, the end of the scene or what it reaches with all
-    pairs.
-
-    ``path`` is the largest distance from the run with all pairs over the longest path, ``rate`` the
-    relative error of Λ, ``once`` the seconds of a right-hand side of :data:`SPHERES` spheres. None
-    for what a chain as short as that of the scene does not tell from all pairs.
-    """
-
-    label: str
-    reach: Reach
-    until: float
-    path: float | None
-    measured: Measured | None
-    rate: float
-    once: float
-
-    @property
-    def is_default(self) -> bool:
-        return self.reach == 1
 
 
 def compare(recorder: Recorder) -> None:
@@ -66,7 +41,7 @@ def compare(recorder: Recorder) -> None:
         (
             p.label, p.reach, p.until, p.path, p.measured and p.measured.position,
             p.measured and p.measured.median, p.measured and p.measured.work.steps, p.rate,
-            1e6 * p.once, cost_figures.rate_marks(found[p.label], p),
+            1e6 * p.once, rate_marks(found[p.label], p),
         )
         for label in found
         for p in found[label]
@@ -82,7 +57,7 @@ def compare(recorder: Recorder) -> None:
     )  # fmt: skip
     recorder.figure(
         "Reach",
-        cost_figures.reach(found),
+        figures.reach(found),
         "(a) Largest distance of a sphere from the run with all pairs, over the longest path in "
         "that run, against processor time; labels are neighbours a side. (b) Relative error of the "
         "rate of a bending wave at qd = 0.1 against the time of one right-hand side. Rings: the "

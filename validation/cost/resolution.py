@@ -13,7 +13,6 @@ rate is therefore of second order with either, −1/12 with the one and +1/12 wi
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,7 +21,8 @@ from nrchain.accuracy.timing import Measured, measure_all
 from nrchain.theory.lattice import Branch, lattice_operator
 from nrchain.theory.rod import dispersion
 from nrchain.theory.rod.parameters import Rod
-from validation.cost import figures as cost_figures
+from validation.cost import figures
+from validation.cost.results import TARGETS, Resolved
 from validation.report.recorder import Recorder
 from validation.report.uniform_chains import (
     BENDING,
@@ -41,16 +41,7 @@ SIMULATED = (8, 16, 32, 64, 128)
 S = 1.0 / SPACING**2
 NEXT = {"passive": 1 / 12 + 4 * S / 3, "2s": 1 / 12, "3a": 5 / 32 + S, "3t": 4 * S / 3,
         "4a": 1 / 4 + 4 * S / 9}  # fmt: skip
-"""c of the relative error c (qd)², from the expansion of the lattice (see continuum_runs)."""
-
-
-@dataclass(frozen=True)
-class Resolved:
-    """Waves of n spheres: relative error of Λ for each kind, and the cost of one decay time."""
-
-    count: int
-    errors: dict[str, float]
-    measured: Measured | None
+"""c of the relative error c (qd)², from the expansion of the lattice (see :mod:`validation.continuum.runs`)."""
 
 
 def compare(recorder: Recorder) -> None:
@@ -72,7 +63,7 @@ def compare(recorder: Recorder) -> None:
             f"{kind}: error over (qd)² at n = {COUNTS[-1]}", coefficient, errors[-1] / x[-1] ** 2,
             0.02, source="expansion of the lattice",
         )  # fmt: skip
-    needed = {kind: [_needed(kind, level) for level in cost_figures.LEVELS] for kind in NEXT}
+    needed = {kind: [_needed(kind, level) for level in TARGETS] for kind in NEXT}
     rows = [
         (
             p.count, 2 * math.pi / p.count, *(p.errors[kind] for kind in NEXT),
@@ -98,7 +89,7 @@ def compare(recorder: Recorder) -> None:
     formulas = _formulas(recorder)
     recorder.figure(
         "Resolution",
-        cost_figures.resolution(points, needed, SHIPPED, formulas),
+        figures.resolution(points, needed, SHIPPED, formulas),
         "(a) Relative error of the continuum law against spheres per wavelength; squares: 1 %, "
         "0.1 % and 1e-6, rings: the longest or starting wave of the shipped scene. (b) Error of "
         "the passive wave against the processor time of one decay time. (c) Difference formulas: "

@@ -9,18 +9,15 @@ repetitions on the machine that made the report; errors do not depend on it.
 
 from __future__ import annotations
 
-from validation.cost import model as cost_model
-from validation.cost import reach as cost_reach
-from validation.cost import resolution as cost_resolution
-from validation.cost import stepping as cost_stepping
+from validation.cost import model, reach, resolution, stepping
 from validation.report.recorder import Recorder
 
 
 def study(recorder: Recorder) -> None:
-    cost_stepping.compare(recorder)
-    cost_reach.compare(recorder)
-    cost_model.compare(recorder)
-    cost_resolution.compare(recorder)
+    stepping.compare(recorder)
+    reach.compare(recorder)
+    model.compare(recorder)
+    resolution.compare(recorder)
     recorder.text(
         "**Choosing.** The errors of the axes add up, and differ by orders of magnitude: the "
         "default tolerances stay below 1e-4 of a radius; the pair laws are within a per cent at "

@@ -7,20 +7,18 @@ at 1e-11, and CVODE at 1e-12, another method in other charts, is a second opinio
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from nrchain import Scene, load_scene, scene_names, simulate
-from nrchain.accuracy.timing import Measured, distance, measure_all, run_timed
+from nrchain.accuracy.timing import distance, measure_all, run_timed
 from nrchain.scene.scene import DEFAULT_RATIO
 from nrchain.trajectory.trajectory import Trajectory
-from validation.cost import figures as cost_figures
+from validation.cost import figures
+from validation.cost.results import TARGETS, Map, Setting, marks
 from validation.report.recorder import Recorder
 
 INTEGRATORS = ("cvode", "radau", "scipy-bdf")
 TOLERANCES = tuple(10.0**-k for k in range(3, 12))
-DEFAULT = "cvode", 1e-7
 REFERENCE = "radau", 1e-12
 BAR = 1e-4
 """Largest global error, in radii and radians, of a shipped scene at the default tolerances."""
@@ -33,33 +31,6 @@ SCENES: dict[str, dict[str, float]] = {
 }
 STARTS = 10
 SOURCE = "reference run far below it"
-
-
-@dataclass(frozen=True)
-class Setting:
-    """One scheme at one tolerance, and what it gives."""
-
-    scheme: str
-    tolerance: float
-    measured: Measured
-
-    @property
-    def is_default(self) -> bool:
-        return (self.scheme, self.tolerance) == DEFAULT
-
-
-@dataclass(frozen=True)
-class Map:
-    """All settings of a scene; ``floor`` is how far the reference itself may be off."""
-
-    name: str
-    settings: list[Setting]
-    floor: float
-
-    def cheapest(self, level: float) -> Setting | None:
-        """The setting of least median processor time with an error of at most ``level``."""
-        good = [s for s in self.settings if s.measured.error <= level]
-        return min(good, key=lambda s: s.measured.median, default=None)
 
 
 def stepped(scene: Scene, scheme: str, tolerance: float) -> Scene:
@@ -79,7 +50,7 @@ def compare(recorder: Recorder) -> None:
     _table(recorder, maps)
     recorder.figure(
         "Stepping",
-        cost_figures.stepping(maps, cost_figures.LEVELS),
+        figures.stepping(maps, TARGETS),
         "Largest global error of a run (positions in radii or frames in radians, the larger) "
         "against its median processor time, for tolerances from 1e-3 (upper left) to 1e-11. Ring: "
         "the default. Squares: the cheapest setting within 1 %, 0.1 % and 1e-6 of a radius. Grey: "
@@ -173,7 +144,7 @@ def _table(recorder: Recorder, maps: list[Map]) -> None:
     rows = [
         (
             one.name, s.scheme, s.tolerance, s.measured.position, s.measured.frame,
-            s.measured.median, *s.measured.work[:3], cost_figures.marks(one, s),
+            s.measured.median, *s.measured.work[:3], marks(one, s),
         )
         for one in maps
         for s in one.settings
