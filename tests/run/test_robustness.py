@@ -149,7 +149,8 @@ def test_a_passive_chain_loses_energy(count, ratio, amplitude, ends, seed):
         }
     )
     run = nrchain.simulate(scene)
-    assert run.status == "completed"
+    # links of neighbours that start 2 a to either side may turn over as they relax
+    assert run.cause in (None, Cause.TURN)
     energies = np.array(
         [
             nrchain.elastic_energy(*poses, spacing=10.0, **scene.moduli._asdict())
