@@ -41,7 +41,10 @@ SIMULATED = (8, 16, 32, 64, 128)
 S = 1.0 / SPACING**2
 NEXT = {"passive": 1 / 12 + 4 * S / 3, "2s": 1 / 12, "3a": 5 / 32 + S, "3t": 4 * S / 3,
         "4a": 1 / 4 + 4 * S / 9}  # fmt: skip
-"""c of the relative error c (qd)², from the expansion of the lattice (see :mod:`validation.continuum.runs`)."""
+"""c of the relative error c (qd)², from the expansion of the lattice.
+
+The expansion is derived in :mod:`validation.continuum.runs`.
+"""
 
 
 def compare(recorder: Recorder) -> None:
