@@ -14,7 +14,7 @@ from nrchain.errors import SceneError
 from nrchain.outcome import Cause
 from nrchain.planning.start import starting_poses
 from nrchain.trajectory import recorder as recording
-from validation.hard_cases import charts as hard_charts
+from validation.hard_cases import charts
 from validation.hard_cases.agreement import LEEWAY
 from validation.hard_cases.fuzz import fuzz, fuzzed, table
 from validation.hard_cases.gallery import GALLERY, REFUSED
@@ -163,20 +163,20 @@ def test_a_passive_chain_loses_energy(count, ratio, amplitude, ends, seed):
 
 
 def test_a_chain_turns_through_ten_thousand_radians():
-    turn = hard_charts.spin("cvode")
-    assert abs(turn.counted) > hard_charts.FAR
+    turn = charts.spin("cvode")
+    assert abs(turn.counted) > charts.FAR
     assert turn.counted == pytest.approx(turn.exact, abs=turn.tolerance)
 
 
 def test_a_chart_is_right_up_to_its_half_turn():
-    frames, twists = hard_charts.chart_near_its_half_turn()
+    frames, twists = charts.chart_near_its_half_turn()
     assert frames < 1e-14
     assert twists < 1e-12
 
 
 def test_a_step_to_the_half_turn_of_the_chart_stops_the_run():
     scene = nrchain.load_scene("passive", **{"chain.ends": "free", "run.snapshots": 11})
-    assert hard_charts.leap(scene) is Cause.CHART
+    assert charts.leap(scene) is Cause.CHART
 
 
 @pytest.mark.parametrize("case", [c for c in GALLERY if c.ends == (REFUSED,)], ids=lambda c: c.name)

@@ -8,8 +8,7 @@ import pytest
 
 from nrchain import slip_modes
 from nrchain.theory.rod import dispersion, linear
-from validation.linear_response import laws as linear_laws
-from validation.linear_response import misprints as linear_misprints
+from validation.linear_response import laws, misprints
 from validation.linear_response import run as linear_response
 from validation.report.recorder import Recorder
 from validation.report.studies import run_study
@@ -35,7 +34,7 @@ def test_a_mode_off_by_one_percent_is_found(label, monkeypatch):
     mode = slip_modes.find(label)
     off = {key: [p * 101 / 100 for p in row] for key, row in mode.velocity.items()}
     monkeypatch.setitem(slip_modes._MODES, label, replace(mode, velocity=off))
-    names = failed(linear_response._discrete_equations, linear_laws._laws)
+    names = failed(linear_response._discrete_equations, laws._laws)
     assert {f"{label}: linearised force, all components"} <= set(names)
     assert any(name.startswith(f"{label}: law less lattice") for name in names)
     assert all(name.startswith(label) for name in names)
@@ -46,12 +45,12 @@ def test_a_law_off_by_one_percent_is_found(label, monkeypatch):
     law = dispersion.TRANSVERSE[label]
     wrong = law._replace(coefficient=1.01 * law.coefficient)
     monkeypatch.setitem(dispersion.TRANSVERSE, label, wrong)
-    names = failed(linear_laws._laws)
+    names = failed(laws._laws)
     assert names
     assert all(name.startswith(label) for name in names)
 
 
 def test_a_misprint_that_is_gone_is_found(monkeypatch):
     monkeypatch.setattr(linear, "_PRINTED_TERMS", {})
-    names = failed(linear_misprints.differences)
+    names = failed(misprints.differences)
     assert [name[:16] for name in names] == ["4a force of φ, p", "4a torque of φ, "]

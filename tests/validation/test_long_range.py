@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from nrchain import rod
-from validation.long_range import friction as long_range_friction
+from validation.long_range import friction, scenes, settling
 from validation.long_range import run as long_range
-from validation.long_range import scenes as long_range_scenes
-from validation.long_range import settling
 from validation.long_range.runs import simulated_rate
 from validation.report.recorder import Recorder
 
@@ -39,11 +37,11 @@ def test_a_simulated_chain_has_the_rates_of_the_lattice():
 
 
 def test_friction_on_the_lattice_holds_and_is_seen_when_one_percent_off(monkeypatch):
-    parts = (long_range_friction._on_the_lattice, long_range_friction._beside_slip)
+    parts = (friction._on_the_lattice, friction._beside_slip)
     assert not checks(*parts).failed
-    true = long_range_friction.factor
-    monkeypatch.setattr(long_range_friction, "factor", lambda *of: 1.01 * true(*of))
-    recorder = checks(long_range_friction._on_the_lattice)
+    true = friction.factor
+    monkeypatch.setattr(friction, "factor", lambda *of: 1.01 * true(*of))
+    recorder = checks(friction._on_the_lattice)
     assert len(recorder.failed) == len(recorder.checks)
 
 
@@ -66,7 +64,7 @@ def test_scenes_that_speed_up_too_little_are_found():
         ("wave", "speed"): [1.0, 1.25, 1.25],
         ("spiral-left", "spin"): [1.0, 1.034, 1.1],
     }
-    recorder = checks(lambda recorder: long_range_scenes._checks(recorder, values))
+    recorder = checks(lambda recorder: scenes._checks(recorder, values))
     assert [check.name.split(":")[0] for check in recorder.failed] == [
         "torque dipoles",
         "torque dipoles",
@@ -83,5 +81,5 @@ def test_growth_is_read_between_the_least_height_and_one_radius():
 
     amplitude = 0.05 * np.exp(-Growing.time) + 0.01 * np.exp(0.06 * Growing.time)
     Growing.positions[:, 1, 1] = amplitude
-    rate = long_range_scenes.growth_rate(Growing)
+    rate = scenes.growth_rate(Growing)
     assert rate == pytest.approx(0.06, rel=0.02)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nrchain import load_scene, simulate
-from validation.performance import growth as growth
+from validation.performance import growth
 from validation.performance.run import buckling
 from validation.performance.timing import (
     Timed,

@@ -7,9 +7,10 @@ from support.poses import random_chain
 from nrchain import load_scene, simulate
 from nrchain.motion.model import Model
 from nrchain.scene.poses import initial_poses
-from validation.performance import recipe, threads
+from validation.performance import recipe
 from validation.performance.recipe import Recipe, solve_compiled, solve_recipe
-from validation.performance.threads import one_thread
+from validation.report import threads
+from validation.report.threads import one_thread
 
 SLIPS = {"slip.3a": 3.0, "slip.3t": -2.0, "slip.4a": 1.5}
 

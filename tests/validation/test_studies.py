@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from nrchain import slip_modes
-from validation.pair_laws import figures as pair_figures
+from validation.pair_laws import figures
 from validation.report import paper
 from validation.report.recorder import Recorder
 from validation.report.studies import STUDIES, run_study
@@ -36,7 +36,7 @@ def test_pair_laws_hold():
 @pytest.mark.parametrize("label", paper.LABELS)
 def test_a_pair_law_off_by_one_percent_is_found(label, monkeypatch):
     true = paper.velocity
-    monkeypatch.setattr(pair_figures, "draw", lambda recorder, axis: None)
+    monkeypatch.setattr(figures, "draw", lambda recorder, axis: None)
     monkeypatch.setattr(
         paper,
         "velocity",

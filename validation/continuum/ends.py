@@ -8,10 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 import nrchain
-from nrchain import measure
-from nrchain.theory.lattice import Branch
+from nrchain import Branch, Rod, measure
 from nrchain.theory.rod import dispersion
-from nrchain.theory.rod.parameters import Rod
 from validation.continuum.runs import GAMMA_T, D, exact, wave_scene
 from validation.report.recorder import Recorder
 

@@ -12,10 +12,7 @@ from numpy.typing import NDArray
 
 from validation.continuum.ends import Free, High
 from validation.continuum.runs import D, Point, Series, bending_theory
-
-MARKERS = "osv^D*P"
-SHADES = ("#08306b", "#2171b5", "#d94801", "#7f2704", "#238b45", "#6a51a3", "#525252")
-"""Pairs of dark and lighter tones, which keep apart in grey with their markers."""
+from validation.report.style import MARKERS, SHADES
 
 TITLES = {"2s": "2s", "3a": "3a, right-handed", "3t": "3t", "4a": "4a, right-handed"}
 POWERS = {"2s": 2, "3a": 3}

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 import nrchain
 from nrchain import measure
-from validation.continuum import figures as figures
+from validation.continuum import figures
 from validation.continuum.ends import free_chains, tension
 from validation.continuum.runs import (
     LONGITUDINAL,

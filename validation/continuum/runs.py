@@ -30,11 +30,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import nrchain
-from nrchain import measure
+from nrchain import Branch, Rod, lattice_rates, measure
 from nrchain.scene.poses import frames_along
-from nrchain.theory.lattice import Branch, lattice_rates
 from nrchain.theory.rod import dispersion
-from nrchain.theory.rod.parameters import Rod
 
 D = 10.0
 S = 1.0 / D**2

@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from validation.continuum.figures import MARKERS, SHADES
 from validation.cost.results import (
     TARGET_NAMES,
     TARGETS,
@@ -21,6 +20,7 @@ from validation.cost.results import (
     Resolved,
     least_reach,
 )
+from validation.report.style import MARKERS, SHADES
 
 MARK = "#b00020"
 COLOURS = (SHADES[0], SHADES[2], SHADES[4], SHADES[5], SHADES[6])

@@ -16,11 +16,9 @@ import math
 
 import numpy as np
 
-from nrchain import load_scene, simulate
+from nrchain import Branch, Rod, lattice_operator, load_scene, simulate
 from nrchain.accuracy.timing import Measured, measure_all
-from nrchain.theory.lattice import Branch, lattice_operator
 from nrchain.theory.rod import dispersion
-from nrchain.theory.rod.parameters import Rod
 from validation.cost import figures
 from validation.cost.results import TARGETS, Resolved
 from validation.report.recorder import Recorder

@@ -10,21 +10,22 @@ import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from nrchain import Scene, Trajectory, auto, load_scene, simulate, work
 from nrchain.accuracy.timing import distance
-from nrchain.planning.auto import choose, full_scene, ladder
-from nrchain.planning.choice import Choice
 from nrchain.planning.nominal_cost import Fluid
-from nrchain.run.simulate import simulate
-from nrchain.run.work import FEWEST_STEPS, cost_of
-from nrchain.scene.scene import CHOSEN, Scene, load_scene
-from nrchain.trajectory.trajectory import Trajectory
 from validation.effects.scenes import completed, long_scene, random_scene
 from validation.report.recorder import Recorder
+
+CHOSEN = (
+    *("slip.neighbours", "slip.finite_size"),
+    *("flow.neighbours", "flow.finite_size"),
+    *("friction.kind", "friction.neighbours"),
+)
+"""The keys that ``effects = "auto"`` decides, and that a scene may not name beside it."""
 
 SCENES, LONG_SCENES = 44, 4
 QUICK_SCENES, QUICK_LONG = 3, 1
@@ -46,7 +47,7 @@ class Outcome:
     name: str
     tolerance: float
     error: float
-    choice: Choice
+    choice: auto.Choice
     chosen: Fluid
     best: Fluid
     chosen_seconds: float
@@ -70,9 +71,8 @@ def compare(recorder: Recorder) -> None:
 
 def _left_to_choice(scene: Scene, tolerance: float) -> Scene:
     """The scene with nothing said of its hydrodynamics, short enough that all models complete."""
-    plain: dict[str, Any] = {f"{part}.{key}": None for part, keys in CHOSEN.items() for key in keys}
-    scene = load_scene(scene, **plain)
-    full = full_scene(scene)
+    scene = load_scene(scene, **dict.fromkeys(CHOSEN))
+    full = auto.full_scene(scene)
     scene = load_scene(scene, **{"run.end": completed(full).run.end})
     return load_scene(scene, effects="auto", tolerance=tolerance)
 
@@ -82,9 +82,9 @@ def _outcome(name: str, scene: Scene) -> Outcome:
     choosing = math.inf
     for _ in range(REPEATS):
         began = clock.process_time()
-        concrete, choice = choose(scene)
+        concrete, choice = auto.choose(scene)
         choosing = min(choosing, clock.process_time() - began)
-    full = full_scene(scene)
+    full = auto.full_scene(scene)
     reference = simulate(full)
     sets = {fluid: fluid.applied(full) for fluid in _sets(full)}
     runs = {fluid: _timed(one) for fluid, one in sets.items()}
@@ -112,18 +112,18 @@ def _outcome(name: str, scene: Scene) -> Outcome:
     )
 
 
-def _stated_work(choice: Choice, full: Scene, chosen: Scene) -> float:
+def _stated_work(choice: auto.Choice, full: Scene, chosen: Scene) -> float:
     """Share of the work of a right-hand side that is told, over the median of those measured."""
     told, less = choice.work, chosen
     if choice.forgone:
         told = choice.forgone.work
-        if not (sets := ladder(full)):
+        if not (sets := auto.ladder(full)):
             return math.nan
         less = sets[0].applied(full)
     shares = []
     for _ in range(REPEATS):
-        costs = [cost_of(simulate(scene)) for scene in (less, full)]
-        if min(cost.work.steps for cost in costs) < FEWEST_STEPS:
+        costs = [work.cost_of(simulate(scene)) for scene in (less, full)]
+        if min(cost.work.steps for cost in costs) < work.FEWEST_STEPS:
             return math.nan
         own, whole = (cost.seconds / cost.work.evaluations for cost in costs)
         shares.append(own / whole)
@@ -144,7 +144,7 @@ def _sets(full: Scene) -> list[Fluid]:
     return [Fluid(friction, *flow) for friction in frictions for flow in sorted(flows)]
 
 
-def _timed(scene: Scene, choice: Choice | None = None) -> tuple[Trajectory, float]:
+def _timed(scene: Scene, choice: auto.Choice | None = None) -> tuple[Trajectory, float]:
     began = clock.process_time()
     run = simulate(scene, choice=choice)
     return run, clock.process_time() - began

@@ -9,26 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.figure import Figure
 
-from nrchain.errors import SceneError
+from nrchain import Scene, SceneError, Trajectory, estimate, load_scene, simulate
 from nrchain.motion.model import Model
 from nrchain.planning.choice import velocity_difference
-from nrchain.planning.estimate import (
-    EARLY,
-    PROBE_TOLERANCE,
-    RESOLUTION,
-    SAMPLES,
-    Estimate,
-    Estimates,
-    estimate_effects,
-    growth_of,
-)
 from nrchain.planning.paired import apart
 from nrchain.planning.scene_changes import Change
-from nrchain.run.simulate import simulate
-from nrchain.scene.scene import Scene, load_scene
-from nrchain.trajectory.trajectory import Trajectory
 from validation.effects.scenes import completed, random_scene
-from validation.long_range.runs import rate_of
+from validation.report.periodic_waves import PERIODIC, rate_of
 from validation.report.recorder import Recorder
 
 SCENES, QUICK_SCENES = 48, 3
@@ -40,7 +27,7 @@ does not resolve."""
 TIMED = 8
 """Scenes whose estimates are timed, beside the runs that they stand for."""
 
-FINE = (SAMPLES - 1) * 2 ** (EARLY - 1) + 1
+FINE = (estimate.SAMPLES - 1) * 2 ** (estimate.EARLY - 1) + 1
 """Snapshots of the run whose velocities are compared: at all times that a probe is looked at."""
 
 FACTOR = 2.0
@@ -53,7 +40,7 @@ class Case:
     """One effect of one scene: each quantity as estimated, measured, and its noise."""
 
     seed: int
-    estimate: Estimate
+    effect: estimate.Estimate
     measured: dict[str, float]
     estimated: dict[str, float]
     noise: dict[str, float]
@@ -76,7 +63,7 @@ def compare(recorder: Recorder) -> None:
         recorder.step(f"estimates: scene {seed + 1} of {count}")
         scene = completed(random_scene(seed))
         began = clock.process_time()
-        told = estimate_effects(scene)
+        told = estimate.estimate_effects(scene)
         if seed < TIMED:
             planned += clock.process_time() - began
             ran += _seconds(scene)
@@ -85,7 +72,7 @@ def compare(recorder: Recorder) -> None:
     _record(recorder, count, cases, (planned / ran, planned / (ran + replaced)))
 
 
-def _measure(seed: int, scene: Scene, told: Estimates) -> list[Case]:
+def _measure(seed: int, scene: Scene, told: estimate.Estimates) -> list[Case]:
     """Run the scene with and without each effect, to the time each estimate is for."""
     ends: dict[float, tuple[Trajectory, float, float]] = {}
     whole = _run(scene, told.probed, TIGHT, FINE)
@@ -112,8 +99,8 @@ def _measure(seed: int, scene: Scene, told: Estimates) -> list[Case]:
                     "velocity": one.velocity_along,
                 },
                 {
-                    "displacement": max(NOISE * blur, RESOLUTION),
-                    "turn": max(NOISE * twist, RESOLUTION),
+                    "displacement": max(NOISE * blur, estimate.RESOLUTION),
+                    "turn": max(NOISE * twist, estimate.RESOLUTION),
                     "velocity": NOISE * TIGHT,
                 },
                 _foreseen(scene, one, other),
@@ -144,14 +131,15 @@ def _apart(run: Trajectory, other: Trajectory) -> tuple[float, float]:
 
 def _largest_velocity(scene: Scene, change: Change, run: Trajectory) -> float:
     models = Model(scene), Model(change.scene)
-    first = 2 ** (EARLY - 1)
+    first = 2 ** (estimate.EARLY - 1)
     even = range(0, len(run.time), first)
-    looked_at = sorted({*even, *range(0, first, first // EARLY), *(2**k for k in range(EARLY))})
+    early = {2**k for k in range(estimate.EARLY)}
+    looked_at = sorted({*even, *range(0, first, first // estimate.EARLY), *early})
     poses = ((run.positions[n], run.frames[n]) for n in looked_at)
     return max(velocity_difference(*models, pose, scene.chain.radius) for pose in poses)
 
 
-def _foreseen(scene: Scene, one: Estimate, other: Trajectory) -> bool:
+def _foreseen(scene: Scene, one: estimate.Estimate, other: Trajectory) -> bool:
     """Whether a stop that was foreseen happens, or a run completes for which none was."""
     if one.stops:
         other = simulate(load_scene(one.change.scene, **{"run.end": scene.run.end}))
@@ -189,10 +177,10 @@ def _record(recorder: Recorder, scenes: int, cases: list[Case], cost: tuple[floa
         ["Contribution to", "Effects above noise", "Within a factor of 2", "Worst factor",
          "Median of |ln factor|"],
         rows,
-        f"Estimates from probes at tolerance {PROBE_TOLERANCE:g} over whole runs, against runs at "
-        f"{TIGHT:g}. All probes of a scene together take {cost[0]:.2g} times its run at the "
-        f"default tolerance, and {cost[1]:.2g} of the runs with and without all effects that they "
-        f"stand for (first {TIMED} scenes, whose runs take some hundredths of a second).",
+        f"Estimates from probes at tolerance {estimate.PROBE_TOLERANCE:g} over whole runs, "
+        f"against runs at {TIGHT:g}. All probes of a scene together take {cost[0]:.2g} times its "
+        f"run at the default tolerance, and {cost[1]:.2g} of the runs with and without all effects "
+        f"that they stand for (first {TIMED} scenes, whose runs take some hundredths of a second).",
     )  # fmt: skip
     recorder.figure(
         "estimates",
@@ -223,7 +211,7 @@ def compare_growth(recorder: Recorder) -> None:
             scene = _periodic(count, keys)
             changed = load_scene(scene, **{key: value})
             wave = 2.0 * math.pi / scene.length
-            told = growth_of(scene, Change(key, "drop" if drop else "add", changed), wave)
+            told = estimate.growth_of(scene, Change(key, "drop" if drop else "add", changed), wave)
             measured = (own - other).real if drop else (other - own).real
             what = f"{key} {'dropped' if drop else value}, of {next(iter(keys), 'no slip')}"
             rows.append((what, count, told, measured, told and told / measured))
@@ -243,8 +231,6 @@ def compare_growth(recorder: Recorder) -> None:
 
 
 def _periodic(count: int, keys: dict[str, float]) -> Scene:
-    from validation.long_range.runs import PERIODIC
-
     try:
         return load_scene(PERIODIC | {"chain.particles": count, "run.end": 1.0} | keys)
     except SceneError as error:

@@ -14,14 +14,13 @@ of which the cheapest that stays within the tolerance is the rival.
 
 from __future__ import annotations
 
-from validation.effects import auto as effects_auto
-from validation.effects import estimates as effects_estimates
-from validation.performance.threads import one_thread
+from validation.effects import auto, estimates
 from validation.report.recorder import Recorder
+from validation.report.threads import one_thread
 
 
 def study(recorder: Recorder) -> None:
     with one_thread():
-        effects_estimates.compare(recorder)
-        effects_estimates.compare_growth(recorder)
-        effects_auto.compare(recorder)
+        estimates.compare(recorder)
+        estimates.compare_growth(recorder)
+        auto.compare(recorder)

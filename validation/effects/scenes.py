@@ -6,10 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from nrchain.errors import SceneError
+from nrchain import Scene, SceneError, load_scene, simulate
 from nrchain.planning.soundness import Load, bond_loads
-from nrchain.run.simulate import simulate
-from nrchain.scene.scene import Scene, load_scene
 from nrchain.theory.line_loads import line_loads
 
 MIXES = (

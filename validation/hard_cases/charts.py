@@ -14,14 +14,13 @@ from unittest.mock import patch
 
 import numpy as np
 
-from nrchain import Cause, load_scene, simulate
+from nrchain import Cause, Scene, load_scene, simulate
 from nrchain.geometry import lie
 from nrchain.motion.charts import ChartedChain
 from nrchain.motion.integrators import INTEGRATORS
 from nrchain.motion.integrators.base import Integrator
 from nrchain.motion.model import Model
 from nrchain.planning.start import starting_poses
-from nrchain.scene.scene import Scene
 
 FAR = 1e4
 """Radians to turn through."""

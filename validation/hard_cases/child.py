@@ -23,8 +23,7 @@ import h5py
 
 from nrchain import Scene, Trajectory, TrajectoryError, simulate
 from nrchain import resume as resume_run
-from nrchain.run.simulate import Progress
-from validation.hard_cases import outputs as hard_outputs
+from validation.hard_cases.outputs import on_small_disk, plain
 
 Answer = dict[str, Any]
 
@@ -73,13 +72,13 @@ def kill(scene: str, paths: list[str], places: list[int], seconds: list[float]) 
 @contextmanager
 def _watching(written: list[str], kill_at: int = 0) -> Iterator[None]:
     """Add the name of each data set to ``written`` as it is written to, and die at a given one."""
-    plain = h5py.Dataset.__setitem__
+    write_item = h5py.Dataset.__setitem__
 
     def counted(dataset: Any, where: Any, values: Any) -> None:
         written.append(dataset.name)
         if len(written) == kill_at:
             os.kill(os.getpid(), signal.SIGKILL)
-        plain(dataset, where, values)
+        write_item(dataset, where, values)
 
     with patch.object(h5py.Dataset, "__setitem__", counted):
         yield
@@ -114,7 +113,7 @@ def soak(scene: str, path: str, warm: int) -> Answer:
     """The peak of memory, in kB, once a run has taken ``warm`` steps, and at its end."""
     seen: dict[str, int] = {}
 
-    def note(progress: Progress) -> None:
+    def note(progress: Any) -> None:
         if progress.counters["steps"] >= warm:
             seen.setdefault("warm", _peak())
 
@@ -125,12 +124,12 @@ def soak(scene: str, path: str, warm: int) -> Answer:
 
 def outputs(place: str) -> Answer:
     """What came of outputs that cannot be written or read, on whatever disk ``place`` is."""
-    return {"told": hard_outputs.plain(place)}
+    return {"told": plain(place)}
 
 
 def small_disk(place: str) -> Answer:
     """The same on a disk of a quarter of a megabyte, mounted for this process."""
-    return {"told": hard_outputs.on_small_disk(place)}
+    return {"told": on_small_disk(place)}
 
 
 def _peak() -> int:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from unittest.mock import patch
 
-from nrchain import load_scene, simulate
-from nrchain.scene.scene import Scene
+from nrchain import Scene, load_scene, simulate
 from nrchain.watch.guard import Guard
 
 ROUNDS = 3

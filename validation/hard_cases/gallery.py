@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from nrchain import Cause, load_scene
+from nrchain import Cause, Scene, load_scene
 from nrchain.planning.start import starting_poses
-from nrchain.scene.scene import Scene
 
 COMPLETED, REFUSED = "completed", "refused"
 STIFF = {"elasticity.ratio": None, "elasticity.stretch": 20.0, "elasticity.shear": 20.0}

@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from nrchain import load_scene
-from nrchain.scene.scene import Scene
+from nrchain import Scene, load_scene
 from validation.hard_cases.outputs import namespace
 
 ROOT = Path(__file__).parents[2]

@@ -15,12 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from nrchain import Cause, SceneError, Trajectory, elastic_energy, load_scene, simulate
-from nrchain.planning.regime import warnings
-from nrchain.planning.start import starting_poses
-from validation.hard_cases import charts as hard_charts
-from validation.hard_cases import costs as hard_costs
-from validation.hard_cases import processes as hard_processes
+from nrchain import Cause, SceneError, Trajectory, elastic_energy, load_scene, regime, simulate
+from validation.hard_cases import charts, costs, processes
 from validation.hard_cases.agreement import LEEWAY, Agreement, agreement, nudge
 from validation.hard_cases.fuzz import NOT_RUN, fuzz
 from validation.hard_cases.gallery import COMPLETED, GALLERY, REFUSED, Case
@@ -119,7 +115,7 @@ def _invariances(recorder: Recorder) -> None:
     changes = {"chain.ends": "free", "run.end": 100.0, "run.snapshots": 5}
     case = Case("moved as a whole", "buckling", changes)
     scene = case.scene()
-    positions, frames = starting_poses(scene)
+    positions, frames = case.start(scene)
     turn, _ = np.linalg.qr(np.random.default_rng(0).standard_normal((3, 3)))
     turn *= np.linalg.det(turn)
     here = simulate(scene)
@@ -146,18 +142,18 @@ def _invariances(recorder: Recorder) -> None:
         source="v = F/γ_T loses energy",
     )
     torn = next(case for case in GALLERY if case.name.startswith("torn: "))
-    announced = any("beam limit" in text for text in warnings(torn.scene()))
+    announced = any("beam limit" in text for text in regime.warnings(torn.scene()))
     recorder.bound("the torn chain is announced", float(announced), least=1.0, source="plan")
 
 
 def _charts(recorder: Recorder) -> None:
     recorder.step("turns of 10⁴ rad, charts at their half turn")
     for name in ("cvode", "radau"):
-        turn = hard_charts.spin(name)
+        turn = charts.spin(name)
         recorder.bound(
             f"rad turned through, {name}",
             abs(turn.counted),
-            least=hard_charts.FAR,
+            least=charts.FAR,
             source="summed from snapshot to snapshot",
         )
         recorder.check(
@@ -168,7 +164,7 @@ def _charts(recorder: Recorder) -> None:
             source="a straight chain turns steadily",
             relative=False,
         )
-    frames, twists = hard_charts.chart_near_its_half_turn()
+    frames, twists = charts.chart_near_its_half_turn()
     recorder.bound(
         "frames of a chart π − 1e-9 from its base", frames, most=1e-14, source="poses given"
     )
@@ -178,7 +174,7 @@ def _charts(recorder: Recorder) -> None:
         most=1e-12,
         source="ω is the same in every chart",
     )
-    cause = hard_charts.leap(load_scene("buckling", **{"chain.ends": "free", "run.end": 100.0}))
+    cause = charts.leap(load_scene("buckling", **{"chain.ends": "free", "run.end": 100.0}))
     recorder.bound(
         "a step to π − 1e-9 from the base stops the run",
         float(cause is Cause.CHART),
@@ -194,7 +190,7 @@ def _processes(recorder: Recorder) -> None:
     numbers = (1, 2) if recorder.quick else (1, 2, 4, 8)
     recorder.bound(
         f"results with {', '.join(map(str, numbers))} threads",
-        len(hard_processes.digests(scene, numbers)),
+        len(processes.digests(scene, numbers)),
         most=1,
         source="each row is written by one iteration",
     )
@@ -208,7 +204,7 @@ def _processes(recorder: Recorder) -> None:
 def _kills(recorder: Recorder, place: Path) -> None:
     times = 4 if recorder.quick else 20
     recorder.step(f"{times} runs killed")
-    kills = hard_processes.kills_resumed(place, times)
+    kills = processes.kills_resumed(place, times)
     recorder.table(
         "kills",
         ["killed", "left", "snapshots", "resumed from t", "same bits"],
@@ -223,7 +219,7 @@ def _kills(recorder: Recorder, place: Path) -> None:
 
 def _outputs(recorder: Recorder) -> None:
     recorder.step("nowhere to write")
-    answers = hard_processes.outputs()
+    answers = processes.outputs()
     recorder.table(
         "outputs", ["what is wrong", "what is said"], answers.items(), "Outputs and inputs."
     )
@@ -237,7 +233,7 @@ def _outputs(recorder: Recorder) -> None:
 def _soak(recorder: Recorder, place: Path) -> None:
     steps = 100_000
     recorder.step(f"{steps} steps")
-    found = hard_processes.soak(place, steps)
+    found = processes.soak(place, steps)
     recorder.check("steps of the long run", steps, found["steps"], 0.0, source="run.max_steps")
     recorder.bound(
         "kB that memory grew by in its last nine tenths",
@@ -249,8 +245,8 @@ def _soak(recorder: Recorder, place: Path) -> None:
 
 def _watching(recorder: Recorder) -> None:
     recorder.step("the cost of watching")
-    for name, scene in hard_costs.scenes(recorder.quick).items():
-        guarded, blind = hard_costs.watching(scene)
+    for name, scene in costs.scenes(recorder.quick).items():
+        guarded, blind = costs.watching(scene)
         recorder.benchmark(
             f"watching for contacts and quarter turns, {name}",
             guarded,

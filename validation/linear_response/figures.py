@@ -8,8 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from nrchain import rod
-from nrchain.theory.rod import Rod
+from nrchain import Rod, rod
 from validation.linear_response.laws import BEYOND
 from validation.report.recorder import Recorder
 from validation.report.uniform_chains import (

@@ -11,9 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nrchain import rod
-from nrchain.theory.lattice import Branch, lattice_rates
-from nrchain.theory.rod import Rod
+from nrchain import Branch, Rod, lattice_rates, rod
 from validation.linear_response.cells import order_of
 from validation.report.recorder import Recorder
 from validation.report.uniform_chains import (

@@ -9,9 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from nrchain import Scene, rod
-from nrchain.theory.lattice import lattice_operator, steady_stress
-from nrchain.theory.rod import Rod
+from nrchain import Rod, Scene, lattice_operator, rod, steady_stress
 from validation.linear_response.cells import cell
 from validation.report.recorder import Recorder
 from validation.report.uniform_chains import (

@@ -11,13 +11,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from nrchain import rod
-from nrchain.theory.lattice import lattice_operator
-from nrchain.theory.rod import Rod
+from nrchain import Rod, lattice_operator, rod
 from nrchain.theory.rod.linear import DISCRETE
-from validation.linear_response import figures as linear_figures
-from validation.linear_response import laws as linear_laws
-from validation.linear_response import misprints as linear_misprints
+from validation.linear_response import figures, laws, misprints
 from validation.linear_response.cells import CELLS, CONTINUUM_CELLS, cell, coefficient, order_of
 from validation.linear_response.simulated import differenced_operator
 from validation.report.recorder import Recorder
@@ -41,13 +37,13 @@ def study(recorder: Recorder) -> None:
     recorder.step("Appendix C")
     _discrete_equations(recorder)
     recorder.step("misprints")
-    linear_misprints.differences(recorder)
+    misprints.differences(recorder)
     recorder.step("continuum operator")
     _continuum_cells(recorder)
     recorder.step("continuum laws")
-    linear_laws.compare(recorder)
+    laws.compare(recorder)
     recorder.step("figures")
-    linear_figures.draw(recorder)
+    figures.draw(recorder)
     _findings(recorder)
 
 

@@ -19,11 +19,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import nrchain
-from nrchain import measure
-from nrchain.theory.lattice import Branch
+from nrchain import Branch, measure
 from nrchain.theory.lattice_sums import Reach, cosine_sum
 from nrchain.theory.rod.reach import Direction
-from validation.long_range.runs import rate_of
+from validation.report.periodic_waves import rate_of
 from validation.report.recorder import Recorder
 from validation.report.uniform_chains import (
     BENDING,

@@ -14,14 +14,10 @@ import math
 
 import numpy as np
 
-from nrchain import rod
-from nrchain.theory.lattice import Branch
+from nrchain import Branch, rod
 from nrchain.theory.lattice_sums import Reach
 from nrchain.theory.rod.reach import Direction
-from validation.long_range import figures as long_range_figures
-from validation.long_range import friction as long_range_friction
-from validation.long_range import scenes as long_range_scenes
-from validation.long_range import settling
+from validation.long_range import figures, friction, scenes, settling
 from validation.long_range.runs import WAVES, Run, simulated_rate
 from validation.report.recorder import Recorder
 from validation.report.uniform_chains import (
@@ -51,11 +47,11 @@ def study(recorder: Recorder) -> None:
     needed = _neighbours_needed(recorder)
     simulated = _simulations(recorder)
     _table(recorder, simulated, needed)
-    long_range_figures.draw(recorder, simulated)
-    long_range_friction.compare(recorder)
+    figures.draw(recorder, simulated)
+    friction.compare(recorder)
     recorder.step("two spheres settle")
     settling.compare(recorder)
-    long_range_scenes.compare(recorder)
+    scenes.compare(recorder)
     recorder.text(
         "**Long-range flows.** The stresslet (2s) and the torque dipole (3a) gain a logarithm: the "
         "longer the wave the more spheres act on it, without end, so that no number of neighbours "

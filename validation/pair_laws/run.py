@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nrchain.hydrodynamics.pystokes import RELEASES
-from validation.pair_laws import consistency as pair_consistency
-from validation.pair_laws import figures as pair_figures
+from validation.pair_laws import consistency, figures
 from validation.pair_laws.sources import around, fit, flattened, ours, polar_parts, released
 from validation.report import paper
 from validation.report.paper import LABELS, VELOCITY_POWER
@@ -66,9 +65,9 @@ def study(recorder: Recorder) -> None:
     recorder.step("half the curl")
     _half_curls(recorder)
     recorder.step("the paper against itself")
-    pair_consistency.compare(recorder, AXIS)
+    consistency.compare(recorder, AXIS)
     recorder.step("figures")
-    pair_figures.draw(recorder, AXIS)
+    figures.draw(recorder, AXIS)
 
 
 def _grid(recorder: Recorder, distances: int = 9) -> Array:
@@ -172,7 +171,7 @@ def _finite_size(recorder: Recorder) -> None:
         error = _off(u, whole, points, 2)
         recorder.check(f"2s with finite size, {name} − law", 0, error, EXACT, source=source)
     r = np.geomspace(3.0, 60.0, 8)
-    relative, _ = pair_figures.finite_size_part(AXIS, r, 1e-6)
+    relative, _ = figures.finite_size_part(AXIS, r, 1e-6)
     slope, offset = np.polyfit(np.log(1 / r), np.log(np.abs(relative)), 1)
     recorder.check("2s: slope of the finite-size part in a/r", 2, slope, 1e-8, source=source)
     recorder.check(

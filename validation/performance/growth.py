@@ -11,13 +11,12 @@ from unittest import mock
 import numpy as np
 from matplotlib.figure import Figure
 
-from nrchain import Trajectory, simulate
+from nrchain import Scene, Trajectory, load_scene, simulate
 from nrchain.motion.charts import ChartedChain
-from nrchain.scene.scene import Scene, load_scene
 from validation.performance.recipe import Recipe
-from validation.performance.threads import one_thread
 from validation.performance.timing import in_child, in_turns, rates_of, start_up
 from validation.report.recorder import Recorder
+from validation.report.threads import one_thread
 
 PROJECT = "the project's bar"
 REACHES: dict[str, dict[str, Any]] = {

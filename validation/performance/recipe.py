@@ -19,9 +19,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nrchain import Scene
 from nrchain.motion.charts import ChartedChain
 from nrchain.motion.model import Model
-from nrchain.scene.scene import Scene
 from validation.performance.recipe_forces import Array, Elasticity, PairFriction, PairSlip, cross
 
 Rates = Callable[[float, Array], Array]

@@ -9,9 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from nrchain import slip_modes
+from nrchain import Scene, slip_modes
 from nrchain.hydrodynamics import pystokes as adapter
-from nrchain.scene.scene import Scene
 
 Array = NDArray[np.float64]
 

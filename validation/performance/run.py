@@ -17,14 +17,12 @@ from functools import partial
 
 import numpy as np
 
-from nrchain import Trajectory
+from nrchain import Scene, Trajectory, load_scene
 from nrchain.motion.charts import ChartedChain
 from nrchain.motion.model import Model
 from nrchain.scene.poses import initial_poses
-from nrchain.scene.scene import Scene, load_scene
-from validation.performance import growth as growth
+from validation.performance import growth
 from validation.performance.recipe import Recipe, Solution, solve_compiled, solve_recipe
-from validation.performance.threads import one_thread
 from validation.performance.timing import (
     Timed,
     in_turns,
@@ -35,6 +33,7 @@ from validation.performance.timing import (
     theirs,
 )
 from validation.report.recorder import Recorder
+from validation.report.threads import one_thread
 
 MODES = {"slip.2s": 100.0, "slip.3a": 5000.0, "slip.3t": 1000.0, "slip.4a": 10000.0}
 ALL_PAIRS = {"slip.neighbours": "all"}

@@ -16,11 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nrchain import Trajectory, load_scene, simulate
+from nrchain import Scene, Trajectory, load_scene, simulate
 from nrchain.motion.charts import ChartedChain
 from nrchain.motion.model import Model
 from nrchain.scene.poses import initial_poses
-from nrchain.scene.scene import Scene
 from validation.performance.recipe import Solution
 
 Array = NDArray[np.float64]

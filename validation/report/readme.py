@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from validation.report.page import number
 from validation.report.build import RESULTS, ReportError
+from validation.report.page import number
 from validation.report.studies import STUDIES
 
 BEGIN, END = "<!-- made by python -m validation --readme -->", "<!-- end of what is made -->"

@@ -10,10 +10,9 @@ import importlib
 import time
 import traceback
 from dataclasses import dataclass
-from typing import Any
 
-from nrchain.view import drawing
 from validation.report.recorder import Listener, Recorder
+from validation.report.style import STYLE
 
 
 @dataclass(frozen=True)
@@ -26,7 +25,8 @@ class Study:
 
 STUDIES: dict[str, Study] = {
     "pair_laws": Study(
-        "validation.pair_laws.run", "Pair laws: PyStokes, the closed forms and the paper, side by side"
+        "validation.pair_laws.run",
+        "Pair laws: PyStokes, the closed forms and the paper, side by side",
     ),
     "rest": Study("validation.rest.run", "The chain at rest: prestress, pre-moment, V₀ and Ω₀"),
     "linear_response": Study(
@@ -34,7 +34,8 @@ STUDIES: dict[str, Study] = {
         "Linear response: the lattice operator, the paper's equations and the continuum laws",
     ),
     "continuum": Study(
-        "validation.continuum.run", "Continuum laws from simulation: growth rates and phase velocities"
+        "validation.continuum.run",
+        "Continuum laws from simulation: growth rates and phase velocities",
     ),
     "long_range": Study(
         "validation.long_range.run",
@@ -45,38 +46,13 @@ STUDIES: dict[str, Study] = {
     ),
     "cost": Study("validation.cost.run", "What accuracy costs in time: four work–precision maps"),
     "effects": Study(
-        "validation.effects.run", "Effects: what a plan says of each, and what a tolerance leaves out"
+        "validation.effects.run",
+        "Effects: what a plan says of each, and what a tolerance leaves out",
     ),
     "hard_cases": Study(
         "validation.hard_cases.run", "Hard cases: how each ends, and what completes holds its laws"
     ),
 }
-
-STYLE: dict[Any, Any] = {
-    "font.size": drawing.TEXT,
-    "axes.labelsize": drawing.LABEL,
-    "axes.linewidth": 0.6,
-    "axes.edgecolor": drawing.PALE,
-    "axes.axisbelow": True,
-    "axes.grid": True,
-    "grid.color": drawing.GRID,
-    "grid.linewidth": 0.5,
-    "xtick.color": drawing.PALE,
-    "ytick.color": drawing.PALE,
-    "xtick.labelcolor": drawing.INK,
-    "ytick.labelcolor": drawing.INK,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "xtick.major.size": 2.5,
-    "ytick.major.size": 2.5,
-    "mathtext.fontset": "cm",
-    "legend.frameon": False,
-    "legend.fontsize": 8,
-    "lines.linewidth": 1.2,
-    "lines.markersize": 4.5,
-    "figure.constrained_layout.use": True,
-}
-"""Of figures of studies: what the package names on its pictures part by part, and more."""
 
 
 @dataclass(frozen=True)

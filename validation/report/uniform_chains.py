@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nrchain import Scene, load_scene
-from nrchain.theory.lattice import Branch, lattice_rates
+from nrchain import Branch, Scene, lattice_rates, load_scene
 
 SPACING = 10.0
 STRENGTHS = {"2s": 100.0, "3a": 5000.0, "3t": 1000.0, "4a": 10000.0}
