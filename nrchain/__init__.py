@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     )
     from nrchain.hydrodynamics import slip_modes
     from nrchain.hydrodynamics.slip import Slip
-    from nrchain.hydrodynamics.slip_modes import SlipMode, register
+    from nrchain.hydrodynamics.slip_mode import SlipMode
+    from nrchain.hydrodynamics.slip_modes import register
     from nrchain.inputs import rules
     from nrchain.inputs.rules import Section
     from nrchain.motion.wrenches import active_wrenches, elastic_energy, elastic_wrenches
@@ -99,7 +100,7 @@ _HOMES = {
     "load_scene": "nrchain.scene.scene",
     "scene_names": "nrchain.scene.scene",
     "Section": "nrchain.inputs.rules",
-    "SlipMode": "nrchain.hydrodynamics.slip_modes",
+    "SlipMode": "nrchain.hydrodynamics.slip_mode",
     "register": "nrchain.hydrodynamics.slip_modes",
     "Trajectory": "nrchain.trajectory.trajectory",
 }

@@ -16,9 +16,10 @@ import numpy as np
 from nrchain.effects.base import Cost, Effect
 from nrchain.effects.registry import register_family
 from nrchain.hydrodynamics import slip_modes
+from nrchain.hydrodynamics.flow_tables import FlowTable
 from nrchain.hydrodynamics.images import EXACT, POINTS
 from nrchain.hydrodynamics.pairs import SlipFlow
-from nrchain.hydrodynamics.slip_modes import PairTable, SlipMode
+from nrchain.hydrodynamics.slip_mode import SlipMode
 from nrchain.scene.scene import Scene, load_scene
 from nrchain.scene.sections import SlipSpec
 from nrchain.wording import span
@@ -32,12 +33,12 @@ class PyStokesFlow(SlipFlow):
         self._shown, self._viscosity = neighbours, viscosity
 
     def add_twists(self, positions: np.ndarray, frames: np.ndarray, twists: np.ndarray) -> None:
-        from nrchain.hydrodynamics import pystokes
+        from nrchain.hydrodynamics import pystokes_backend
 
         if not self:
             return
         law = self.law
-        velocities, spins = pystokes.twists(
+        velocities, spins = pystokes_backend.twists(
             positions,
             [np.einsum("b,nbk->nk", np.array(law.axes[g]), frames) for g in law.axis_of],
             list(self.strengths),
@@ -92,7 +93,7 @@ def pairs_within(scene: Scene, neighbours: int | str) -> int:
     return places * (2 * count - places - 1)
 
 
-def largest_flow(table: PairTable, distance: float, radius: float) -> float:
+def largest_flow(table: FlowTable, distance: float, radius: float) -> float:
     """max |u|/V over directions at a distance, each row of a table by its largest cosine."""
     cosines = np.linspace(-1.0, 1.0, 41)
     total = 0.0

@@ -1,24 +1,9 @@
-"""v_i = Σ_j μᵀᵀ·F_j + μᵀᴿ·T_j, ω_i = Σ_j μᴿᵀ·F_j + μᴿᴿ·T_j: friction between spheres.
+"""(v, ω)_i = Σ_j μ_ij · (F, T)_j: friction between spheres, summed over pairs.
 
-The mobilities are those of Rotne, Prager and Yamakawa for equal spheres, with ρ = r/a, n the unit
-vector from the acting to the feeling sphere, f = F/6πηa and τ = T/8πηa²:
-
-    v   = A f + B n (n·f) + C τ × n
-    a ω = ¾C f × n + D τ + E n (n·τ)
-
-           ρ > 2               ρ < 2 (overlapping)
-    A      3/4ρ + 1/2ρ³        1 − 9ρ/32
-    B      3/4ρ − 3/2ρ³        3ρ/32
-    C      1/ρ²                ρ/2 − 3ρ²/16
-    D      −1/2ρ³              1 − 27ρ/32 + 5ρ³/64
-    E      3/2ρ³               9ρ/32 − 3ρ³/64
-
-and v = f, a ω = τ of a sphere by itself, which is the limit ρ → 0. All five have a continuous
-slope at ρ = 2, and the matrix of all pairs is positive definite for any positions at which no two
-spheres coincide. Cut at a reach along the chain it need not be, when spheres nearly touch.
-
-Source: Wajnryb, Mizerski, Zuk & Szymczak, J. Fluid Mech. 731 (2013) R3. Pair
-terms are exact to (a/r)³: what lubrication and reflections add is of order (a/r)⁴.
+The mobilities μ_ij are those of Rotne, Prager and Yamakawa
+(:mod:`nrchain.hydrodynamics.rotne_prager`). The matrix of all pairs is positive definite at any
+positions unless two spheres coincide. A matrix cut at a reach along the chain may lose this
+property when spheres nearly touch.
 """
 
 from __future__ import annotations
@@ -33,73 +18,15 @@ from nrchain._compile import kernel
 from nrchain.hydrodynamics import sharing
 from nrchain.hydrodynamics.images import Layout
 from nrchain.hydrodynamics.pairs import PARALLEL_PAIRS, compile_sum
+from nrchain.hydrodynamics.rotne_prager import (
+    apply_change,
+    apply_pair,
+    coefficient_slopes,
+    coefficients,
+)
 
 COINCIDENT = 1e-80
 """Added to (r/a)²: it gives spheres at one place a finite distance, and no others notice."""
-
-
-@kernel
-def _mobility(s, rho):
-    """A, B, C, D, E at ρ = 1/s. Both columns are evaluated, so that loops stay free of branches."""
-    s2, rho2 = s * s, rho * rho
-    s3, rho3 = s2 * s, rho2 * rho
-    apart = rho > 2.0
-    return (
-        0.75 * s + 0.5 * s3 if apart else 1.0 - 9 / 32 * rho,
-        0.75 * s - 1.5 * s3 if apart else 3 / 32 * rho,
-        s2 if apart else 0.5 * rho - 3 / 16 * rho2,
-        -0.5 * s3 if apart else 1.0 - 27 / 32 * rho + 5 / 64 * rho3,
-        1.5 * s3 if apart else 9 / 32 * rho - 3 / 64 * rho3,
-    )
-
-
-@kernel
-def _slopes(s, rho):
-    """ρ ∂/∂ρ of A, B, C, D, E."""
-    s2, rho2 = s * s, rho * rho
-    s3, rho3 = s2 * s, rho2 * rho
-    apart = rho > 2.0
-    return (
-        -0.75 * s - 1.5 * s3 if apart else -9 / 32 * rho,
-        -0.75 * s + 4.5 * s3 if apart else 3 / 32 * rho,
-        -2.0 * s2 if apart else 0.5 * rho - 3 / 8 * rho2,
-        1.5 * s3 if apart else -27 / 32 * rho + 15 / 64 * rho3,
-        -4.5 * s3 if apart else 9 / 32 * rho - 9 / 64 * rho3,
-    )
-
-
-@kernel
-def _act(a, b, c, n, own, other):
-    """a own + b n (n·own) + c other × n."""
-    along = b * (n[0] * own[0] + n[1] * own[1] + n[2] * own[2])
-    return (
-        a * own[0] + along * n[0] + c * (other[1] * n[2] - other[2] * n[1]),
-        a * own[1] + along * n[1] + c * (other[2] * n[0] - other[0] * n[2]),
-        a * own[2] + along * n[2] + c * (other[0] * n[1] - other[1] * n[0]),
-    )
-
-
-@kernel
-def _act_change(coefficients, slopes, n, d, own, d_own, other, d_other):
-    """Change of :func:`_act` when r changes by r d: n by d − (n·d) n, and ρ by ρ n·d."""
-    a, b, c = coefficients
-    stretch = n[0] * d[0] + n[1] * d[1] + n[2] * d[2]
-    da, db, dc = slopes[0] * stretch, (slopes[1] - 2.0 * b) * stretch, (slopes[2] - c) * stretch
-    n_own = n[0] * own[0] + n[1] * own[1] + n[2] * own[2]
-    along = db * n_own + b * (d[0] * own[0] + d[1] * own[1] + d[2] * own[2])
-    along += b * (n[0] * d_own[0] + n[1] * d_own[1] + n[2] * d_own[2])
-    across = b * n_own
-    p0, p1, p2 = c * other[0], c * other[1], c * other[2]
-    q0, q1, q2 = c * d_other[0], c * d_other[1], c * d_other[2]
-    q0, q1, q2 = q0 + dc * other[0], q1 + dc * other[1], q2 + dc * other[2]
-    r0 = q1 * n[2] - q2 * n[1] + p1 * d[2] - p2 * d[1]
-    r1 = q2 * n[0] - q0 * n[2] + p2 * d[0] - p0 * d[2]
-    r2 = q0 * n[1] - q1 * n[0] + p0 * d[1] - p1 * d[0]
-    return (
-        a * d_own[0] + da * own[0] + along * n[0] + across * d[0] + r0,
-        a * d_own[1] + da * own[1] + along * n[1] + across * d[1] + r1,
-        a * d_own[2] + da * own[2] + along * n[2] + across * d[2] + r2,
-    )
 
 
 @kernel
@@ -116,10 +43,10 @@ def _sum_twists(sources, radius, me, first, last):
         distance = np.sqrt(x0 * x0 + x1 * x1 + x2 * x2 + nowhere)
         inverse = 1.0 / distance
         n = (x0 * inverse, x1 * inverse, x2 * inverse)
-        a, b, c, d, e = _mobility(radius * inverse, distance * shrink)
+        a, b, c, d, e = coefficients(radius * inverse, distance * shrink)
         f = (sources[3, j], sources[4, j], sources[5, j])
         t = (sources[6, j], sources[7, j], sources[8, j])
-        v, w = _act(a, b, c, n, f, t), _act(d, e, 0.75 * c, n, t, f)
+        v, w = apply_pair(a, b, c, n, f, t), apply_pair(d, e, 0.75 * c, n, t, f)
         v0, v1, v2 = v0 + v[0], v1 + v[1], v2 + v[2]
         w0, w1, w2 = w0 + w[0], w1 + w[1], w2 + w[2]
     return v0, v1, v2, w0, w1, w2
@@ -140,14 +67,14 @@ def _sum_changes(sources, changes, radius, me, first, last):
         y2 = changes[2, me] - changes[2, j]
         dr = (y0 * inverse, y1 * inverse, y2 * inverse)
         s, rho = radius * inverse, distance * shrink
-        a, b, c, d, e = _mobility(s, rho)
-        da, db, dc, dd, de = _slopes(s, rho)
+        a, b, c, d, e = coefficients(s, rho)
+        da, db, dc, dd, de = coefficient_slopes(s, rho)
         f = (sources[3, j], sources[4, j], sources[5, j])
         df = (changes[3, j], changes[4, j], changes[5, j])
         t = (sources[6, j], sources[7, j], sources[8, j])
         dt = (changes[6, j], changes[7, j], changes[8, j])
-        v = _act_change((a, b, c), (da, db, dc), n, dr, f, df, t, dt)
-        w = _act_change((d, e, 0.75 * c), (dd, de, 0.75 * dc), n, dr, t, dt, f, df)
+        v = apply_change((a, b, c), (da, db, dc), n, dr, f, df, t, dt)
+        w = apply_change((d, e, 0.75 * c), (dd, de, 0.75 * dc), n, dr, t, dt, f, df)
         v0, v1, v2 = v0 + v[0], v1 + v[1], v2 + v[2]
         w0, w1, w2 = w0 + w[0], w1 + w[1], w2 + w[2]
     return v0, v1, v2, w0, w1, w2

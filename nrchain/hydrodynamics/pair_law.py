@@ -35,7 +35,7 @@ from numba.extending import overload
 
 from nrchain._compile import ARITHMETIC, rename
 from nrchain.hydrodynamics import slip_modes
-from nrchain.hydrodynamics.slip_modes import BASIS, PairTable, Polynomial
+from nrchain.hydrodynamics.flow_tables import BASIS, FlowTable, Polynomial
 
 _VECTOR = {"n": "n", "e": "e", "x": "m"}
 _CHANGE = {"n": "d", "e": "t", "x": "y"}
@@ -159,7 +159,7 @@ class _Sum:
     rows: Mapping[int, Mapping[int, Polynomial]]
 
     @classmethod
-    def along(cls, basis: str, tables: Mapping[int, PairTable]) -> _Sum:
+    def along(cls, basis: str, tables: Mapping[int, FlowTable]) -> _Sum:
         """The rows of all modes along one basis vector."""
         rows: dict[int, dict[int, Polynomial]] = {}
         for mode, table in tables.items():

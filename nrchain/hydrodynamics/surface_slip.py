@@ -9,9 +9,10 @@ import numpy as np
 
 from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.hydrodynamics import slip_modes
+from nrchain.hydrodynamics.flow_tables import laplacian
 from nrchain.hydrodynamics.given_slips import given_slips
 from nrchain.hydrodynamics.slip import Slip
-from nrchain.hydrodynamics.slip_modes import SlipMode
+from nrchain.hydrodynamics.slip_mode import SlipMode
 from nrchain.inputs.arguments import rotations
 
 SurfaceSlip: TypeAlias = Callable[[int, np.ndarray], np.ndarray]
@@ -36,7 +37,7 @@ def slip_velocity(mode: SlipMode, axis: np.ndarray, normals: np.ndarray) -> np.n
     cosine = normals @ axis
     basis = {"n": normals, "e": np.broadcast_to(axis, normals.shape), "x": np.cross(axis, normals)}
     slip = np.zeros_like(normals)
-    for weight, table in ((1.0, flow), (1 / (4 * mode.order + 2), slip_modes.laplacian(flow))):
+    for weight, table in ((1.0, flow), (1 / (4 * mode.order + 2), laplacian(flow))):
         for (along, _), row in table.items():
             factor = np.polynomial.polynomial.polyval(cosine, [float(p) for p in row])
             slip += weight * factor[:, None] * basis[along]

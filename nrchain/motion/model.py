@@ -174,10 +174,10 @@ class Model:
         if self._scene.friction.backend == "native":
             self.friction.apply(positions, wrenches, twists)
             return
-        from nrchain.hydrodynamics import pystokes
+        from nrchain.hydrodynamics import pystokes_backend
 
         chain = self._scene.chain
-        twists += pystokes.mobility(
+        twists += pystokes_backend.mobility(
             positions,
             wrenches,
             neighbours=self._scene.friction.neighbours,

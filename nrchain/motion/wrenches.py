@@ -139,9 +139,9 @@ def _through_pystokes(
     viscosity: float,
     finite_size: bool,
 ) -> np.ndarray:
-    from nrchain.hydrodynamics import pystokes
+    from nrchain.hydrodynamics import pystokes_backend
 
-    velocities, spins = pystokes.twists(
+    velocities, spins = pystokes_backend.twists(
         positions,
         [np.einsum("b,nbk->nk", slip.axis, frames) for slip in slips],
         [slip.strengths for slip in slips],

@@ -13,6 +13,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, cast
 from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.hydrodynamics import slip_modes
 from nrchain.hydrodynamics.slip import E1, STRENGTH, Slip
+from nrchain.hydrodynamics.slip_mode import is_label
 from nrchain.inputs.arrays import GivenArray, array_of
 from nrchain.inputs.names import SURE, nearest, unknown_name
 from nrchain.inputs.rules import (
@@ -150,7 +151,7 @@ def _read_slip(label: str, given: Any) -> Slip | None:
     labels = [mode.label for mode in slip_modes.modes()]
     if label not in labels:
         refusal = unknown(key, given, SlipSpec.names())
-        if slip_modes.is_label(label) and not nearest(label, SlipSpec.names(), SURE):
+        if is_label(label) and not nearest(label, SlipSpec.names(), SURE):
             raise register_first(refusal, "A mode", "nrchain.register")
         raise refusal
     if given is None or isinstance(given, Slip):

@@ -11,7 +11,7 @@ from support.pair_reference import assert_close, crooked_chain, mobility, pair_m
 from support.poses import dense
 from support.side_by_side import reads_of_the_loop
 
-from nrchain.hydrodynamics import pystokes
+from nrchain.hydrodynamics import pystokes_backend
 from nrchain.hydrodynamics.friction import PairFriction
 
 
@@ -66,7 +66,7 @@ def test_native_and_pystokes_agree(neighbours, radius):
     positions, wrenches = crooked_chain(rng, 12, radius)[0], rng.normal(size=(12, 6))
     reach = 11 if neighbours == "all" else neighbours
     native = apply(PairFriction(12, reach, radius, 0.7), positions, wrenches)
-    other = pystokes.mobility(positions, wrenches, neighbours, radius, 0.7)
+    other = pystokes_backend.mobility(positions, wrenches, neighbours, radius, 0.7)
     assert_close(native[:, :3], other[:, :3], 1e-11)
     assert_close(native[:, 3:], other[:, 3:], 1e-11)
 

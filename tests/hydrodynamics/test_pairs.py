@@ -23,9 +23,9 @@ from support.poses import dense, pose_derivative
 from support.side_by_side import reads_of_the_loop
 
 from nrchain import slip_modes
-from nrchain.hydrodynamics import pair_law, pairs, pystokes
+from nrchain.hydrodynamics import pair_law, pairs, pystokes_backend
 from nrchain.hydrodynamics.pairs import SlipFlow
-from nrchain.hydrodynamics.slip_modes import SlipMode
+from nrchain.hydrodynamics.slip_mode import SlipMode
 
 E1 = (1.0, 0.0, 0.0)
 
@@ -106,7 +106,7 @@ def test_native_and_pystokes_agree(label, neighbours, finite_size):
     positions, frames = crooked_chain(np.random.default_rng(4), 12, radius)
     reach = 11 if neighbours == "all" else neighbours
     flow, strengths = make_flow([label], 12, reach=reach, radius=radius, finite_size=finite_size)
-    velocities, spins = pystokes.twists(
+    velocities, spins = pystokes_backend.twists(
         positions,
         [frames[:, 0]],
         strengths,

@@ -6,7 +6,8 @@ import pytest
 
 from nrchain import slip_modes
 from nrchain.errors import SceneError
-from nrchain.hydrodynamics.slip_modes import SlipMode, curl, laplacian
+from nrchain.hydrodynamics.flow_tables import curl, divergence, laplacian
+from nrchain.hydrodynamics.slip_mode import SlipMode
 from nrchain.planning.scene_changes import changes_of
 from nrchain.scene.scene import load_scene
 
@@ -65,7 +66,7 @@ def test_rows_outside_the_basis_are_refused(row):
 @pytest.mark.parametrize("mode", slip_modes.modes(), ids=lambda mode: mode.label)
 def test_flows_have_no_divergence(mode):
     for finite_size in (False, True):
-        assert slip_modes.divergence(mode.flow(finite_size)) == {}
+        assert divergence(mode.flow(finite_size)) == {}
 
 
 @pytest.mark.parametrize(
