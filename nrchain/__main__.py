@@ -1,4 +1,4 @@
-"""The program ``nrchain``, which an interruption ends with one line from its very beginning."""
+"""The program ``nrchain``. It handles signals before it loads any library."""
 
 from __future__ import annotations
 
@@ -10,33 +10,33 @@ from nrchain.run.interruption import INTERRUPTED, leave_on_signals
 
 
 def main() -> None:
-    """Run the command line, whose libraries are loaded with signals already in hand."""
+    """Run the command line; an interruption at any time ends it with one line."""
     for descriptor in range(3):
-        # a stream that is closed would lend its number to the next file that is opened
+        # the next file that opens would take the number of a closed standard stream
         try:
             os.fstat(descriptor)
         except OSError:
             os.open(os.devnull, os.O_RDWR)
     leave_on_signals()
-    warnings.showwarning = _in_one_line
-    # pictures go to files; a notebook names a backend here that need not be installed
+    warnings.showwarning = _show_warning
+    # pictures go to files; a notebook may name a backend here that is not installed
     os.environ.pop("MPLBACKEND", None)
-    from nrchain.cli.commands import main as command_line
+    from nrchain.cli.app import main as command_line
 
     try:
         command_line()
     except SystemExit as end:
         if end.code == INTERRUPTED:
-            # on its way down the interpreter would hear signals again
+            # a normal exit would handle signals again on its way
             os._exit(INTERRUPTED)
         raise
 
 
-def _in_one_line(message: Warning | str, *where: Any, **further: Any) -> None:
-    """Show a warning as the program shows what it has to say, without the line of code."""
-    from nrchain.cli.terminal import complain
+def _show_warning(message: Warning | str, *where: Any, **further: Any) -> None:
+    """Report a warning in one line, without the line of code that raised it."""
+    from nrchain.cli.terminal import warn
 
-    complain(f"warning: {message}")
+    warn(str(message))
 
 
 if __name__ == "__main__":

@@ -1,1 +1,1 @@
-"""The commands of the program nrchain, its tables and its terminal."""
+"""The program nrchain: one file a command, its tables and its terminal."""

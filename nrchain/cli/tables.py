@@ -11,22 +11,25 @@ from nrchain.wording import digits, span
 
 if TYPE_CHECKING:
     from nrchain.accuracy.cost import WorkPrecision
+    from nrchain.accuracy.plan_effects import EffectPlan
+    from nrchain.accuracy.timing import Measured
+    from nrchain.planning.plan import Plan
     from nrchain.trajectory.trajectory import Trajectory
 
 
 def plain_table(*columns: str) -> Table:
-    """A table with a head and a rule below it."""
+    """A table with column heads and a rule below them."""
     return Table(*columns, box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False)
 
 
 def counters_table(trajectory: Trajectory) -> Table:
-    """What a run took."""
+    """What a run reached, what it counted, and its computing time."""
     counters = trajectory.counters
     entries = {
         "t": f"{trajectory.time[-1]:.6g}",
         "snapshots": str(len(trajectory.time)),
         "steps": f"{counters.get('steps', 0):.0f}",
-        "evaluations": f"{counters.get('evaluations', 0):.0f}",
+        "right-hand\nsides": f"{counters.get('evaluations', 0):.0f}",
         "Jacobians": f"{counters.get('jacobians', 0):.0f}",
         "solves": f"{counters.get('solves', 0):.0f}",
         "processor\ntime": _processor_time(trajectory),
@@ -40,7 +43,7 @@ def counters_table(trajectory: Trajectory) -> Table:
 
 
 def _processor_time(trajectory: Trajectory) -> str:
-    """Seconds of the steps that were taken, in words."""
+    """Seconds of the steps of a run; not known for a few steps, which compilation dominates."""
     from nrchain.run.work import FEWEST_STEPS, cost_of
 
     cost = cost_of(trajectory)
@@ -50,11 +53,11 @@ def _processor_time(trajectory: Trajectory) -> str:
 
 
 def effects_table(trajectory: Trajectory) -> Table:
-    """What a run has simulated, what it has left out, and which keys did nothing."""
+    """The effects that a run simulated and left out, and its keys without effect."""
     from nrchain.planning.description import describe
 
     description = describe(trajectory.scene)
-    table = plain_table("", "effect", "how")
+    table = plain_table("", "effect", "details")
     for heading, effects in (
         ("simulated", description.simulated),
         ("left out", description.left_out),
@@ -66,13 +69,35 @@ def effects_table(trajectory: Trajectory) -> Table:
     return table
 
 
+def predictions_table(predicted: Plan) -> Table:
+    """What the numbers of a scene predict, one quantity a row."""
+    table = plain_table("quantity", "value", "meaning")
+    for line in predicted.lines:
+        table.add_row(line.quantity, line.value, line.meaning)
+    return table
+
+
+def contributions_table(effects: EffectPlan) -> Table:
+    """What each effect contributes and costs, one effect a row."""
+    from nrchain.accuracy.plan_effects import COLUMNS
+
+    table = plain_table()
+    table.collapse_padding = True
+    for name in COLUMNS:
+        table.add_column(name, justify="left" if name == COLUMNS[0] else "right", no_wrap=True)
+    for row in effects.rows():
+        table.add_row(*row)
+    return table
+
+
 def work_table(found: WorkPrecision) -> Table:
-    """Error, work and time of every setting; the whole run's only where it is extrapolated."""
+    """Error, work and processor time of every setting; those of the whole run if extrapolated."""
     table = Table(box=box.SIMPLE_HEAD, header_style="bold", show_edge=False, padding=(0, 1, 0, 0))
-    whole = ["whole run"] if found.part < 1.0 else []
     table.add_column("setting", no_wrap=True)
-    counts = "steps", "evalu-\nations", "Jaco-\nbians", "solves"
-    for title in ("error", *counts, "seconds", *whole):
+    heads = ["error", "steps", "right-hand\nsides", "Jaco-\nbians", "solves", "time\n(s)"]
+    if found.part < 1.0:
+        heads.append("whole\nrun (s)")
+    for title in heads:
         table.add_column(title, justify="right", no_wrap=True)
     axis = ""
     for point in found.points:
@@ -80,14 +105,17 @@ def work_table(found: WorkPrecision) -> Table:
             axis = point.axis
             table.add_section()
             table.add_row(axis, style="bold")
-        measured = point.measured
-        seconds = found.whole_run(measured)
-        in_all = span(*map(digits, seconds), sign="–") if seconds else "not known"
-        table.add_row(
-            f" {point.setting}",
-            f"{measured.error:.1e}" if measured.error else "none",
-            *map(str, measured.work),
-            digits(measured.median),
-            *(in_all for _ in whole),
-        )
+        cells = _work_cells(found, point.measured)
+        table.add_row(f" {point.setting}", *cells[: len(heads)])
     return table
+
+
+def _work_cells(found: WorkPrecision, measured: Measured) -> list[str]:
+    """Error, counts, seconds of the short run, and seconds of the whole run."""
+    whole = found.whole_run(measured)
+    return [
+        f"{measured.error:.1e}" if measured.error else "0",
+        *map(str, measured.work),
+        digits(measured.median),
+        span(*map(digits, whole), sign="–") if whole else "not known",
+    ]

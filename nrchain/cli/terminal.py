@@ -1,4 +1,4 @@
-"""What a command shows: tables and lines, to whatever standard output and error are."""
+"""Print tables and lines to standard output and standard error, whatever they are connected to."""
 
 from __future__ import annotations
 
@@ -19,15 +19,16 @@ ASCII = {
     **{"−": "-", "–": "-", "—": "-", "·": ".", "×": "x", "…": "...", "∥": "par", "⊥": "perp"},
     **{"λ": "lambda", "√": "sqrt", "∂": "d", "∞": "inf", "→": "->", "≥": ">=", "≤": "<=", "≈": "~"},
 }
-"""What is written where a stream has no place for a symbol; of others the nearest letters, or ?."""
+"""Replacements of symbols that a stream cannot encode. Other symbols become the nearest letters."""
 
 UNBOUNDED = 10_000
-"""Columns of a terminal that nothing here is wider than."""
+"""Width of a terminal, in columns, that no table exceeds."""
 
 GREEK = re.compile("GREEK (SMALL|CAPITAL) LETTER ([A-Z]+)")
 
 
-def _spell(symbol: str) -> str:
+def _ascii(symbol: str) -> str:
+    """The ASCII replacement of one symbol; ``?`` where there is none."""
     if symbol in ASCII:
         return ASCII[symbol]
     if greek := GREEK.fullmatch(unicodedata.name(symbol, "")):
@@ -36,47 +37,45 @@ def _spell(symbol: str) -> str:
     return near or "?"
 
 
-def _spelt(error: UnicodeError) -> tuple[str, int]:
+def _transliterate(error: UnicodeError) -> tuple[str, int]:
     assert isinstance(error, UnicodeEncodeError)
-    return "".join(map(_spell, error.object[error.start : error.end])), error.end
+    return "".join(map(_ascii, error.object[error.start : error.end])), error.end
 
 
-SPELT = "nrchain.spelt"
-codecs.register_error(SPELT, _spelt)
+TRANSLITERATE = "nrchain.transliterate"
+"""Name of the error handler that replaces what an encoding lacks."""
+codecs.register_error(TRANSLITERATE, _transliterate)
 
 
-class _Plain(Console):
-    """A console that shows what it is given: brackets in a title or a path are no markup."""
+class _PlainConsole(Console):
+    """A console that prints text literally: brackets in a title or a path are not markup."""
 
     def on_broken_pipe(self) -> None:
-        """Have a reader who has gone away found as any stream that cannot be written."""
+        """Raise the error of a closed pipe, like any other failure to write."""
         raise
 
     def render_str(self, text: str, **how: Any) -> Text:
-        """The text in what the stream can show, spelt before columns are measured."""
-        shown = text.encode(self.encoding, SPELT).decode(self.encoding)
+        """The text in the encoding of the stream, transliterated before columns are measured."""
+        shown = text.encode(self.encoding, TRANSLITERATE).decode(self.encoding)
         return super().render_str(shown, **how)
 
 
 def console(stderr: bool = False) -> Console:
-    return _Plain(stderr=stderr, markup=False, emoji=False, highlight=False)
+    """A console without markup, emoji codes or highlighting."""
+    return _PlainConsole(stderr=stderr, markup=False, emoji=False, highlight=False)
 
 
-def spell_out() -> None:
-    """Have what the encoding of a stream lacks spelt in what it has."""
+def transliterate_output() -> None:
+    """Make both output streams replace symbols that their encoding lacks."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors=SPELT)
+            stream.reconfigure(errors=TRANSLITERATE)
 
 
-READER_GONE = 141
-"""Exit code of a program that a shell sees end with SIGPIPE, as under ``| head``: 128 + 13."""
+def print_output(*things: Any, whole: bool = False, **how: Any) -> OSError | None:
+    """Print to standard output. Return the error if that fails, and discard all later output.
 
-
-def show(*things: Any, whole: bool = False, **how: Any) -> OSError | None:
-    """Print to standard output; what prevents it, if anything. Then all output is let go.
-
-    What is to be shown ``whole`` is let run over the edge of a narrow terminal.
+    With ``whole``, a table wider than the terminal runs over its edge instead of being cut.
     """
     try:
         screen = console()
@@ -87,27 +86,31 @@ def show(*things: Any, whole: bool = False, **how: Any) -> OSError | None:
                 screen.width = max(needed, screen.width)
             screen.print(thing, **how)
     except OSError as error:
-        let_go()
+        discard_output()
         return error
     return None
 
 
-def let_go() -> None:
-    """Send standard output nowhere from here on."""
+def discard_output() -> None:
+    """Connect standard output to the null device."""
     with contextlib.suppress(OSError, ValueError):
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, sys.stdout.fileno())
-        os.close(nowhere)
+        null = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null, sys.stdout.fileno())
+        os.close(null)
 
 
-def complain_of(error: OSError, note: str = "") -> None:
-    """One line on why standard output cannot be written; none of a reader that has gone away."""
-    if not isinstance(error, BrokenPipeError):
-        complain(f"{note}standard output: {error.strerror}")
-
-
-def complain(line: str) -> None:
-    """One line on standard error, whatever is in it."""
+def report(line: str) -> None:
+    """Print one line to standard error; control characters are escaped."""
     plain = "".join(one if one.isprintable() else repr(one)[1:-1] for one in line)
     with contextlib.suppress(OSError):
         console(stderr=True).print(f"nrchain: {plain}", soft_wrap=True)
+
+
+def note(text: str) -> None:
+    """Report what a user should know, on standard error."""
+    report(f"note: {text}")
+
+
+def warn(text: str) -> None:
+    """Report what may spoil a result, on standard error."""
+    report(f"warning: {text}")

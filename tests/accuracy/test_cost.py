@@ -14,7 +14,8 @@ from nrchain import load_scene, simulate
 from nrchain.accuracy import cost, timing
 from nrchain.accuracy.cost import Point, WorkPrecision, work_precision
 from nrchain.accuracy.timing import Measured, distance, measure_all, run_timed
-from nrchain.cli.commands import REFUSED, app
+from nrchain.cli.app import app
+from nrchain.cli.exits import REFUSED
 from nrchain.errors import SceneError
 from nrchain.geometry import lie
 from nrchain.planning.nominal_cost import evaluation_cost

@@ -16,18 +16,14 @@ import nrchain.run.simulate
 from nrchain import __version__
 from nrchain.accuracy.cost import Point, WorkPrecision
 from nrchain.accuracy.timing import Measured
-from nrchain.cli.commands import (
-    INTERRUPTED,
-    PICTURE,
-    PICTURE_IN_SPACE,
-    REFUSED,
-    STOPPED,
-    app,
-)
+from nrchain.cli.app import app
+from nrchain.cli.exits import BROKEN_PIPE, REFUSED, STOPPED
+from nrchain.cli.summary import PICTURE, PICTURE_IN_SPACE
 from nrchain.cli.tables import work_table
-from nrchain.cli.terminal import READER_GONE, SPELT, show
+from nrchain.cli.terminal import TRANSLITERATE, print_output
 from nrchain.errors import BackendError, TrajectoryError
 from nrchain.planning import description
+from nrchain.run.interruption import INTERRUPTED
 from nrchain.run.simulate import Progress
 from nrchain.run.work import RunCost, Work
 from nrchain.scene.scene import load_scene, scene_names
@@ -339,7 +335,7 @@ def test_effects_of_a_run_are_drawn_beside_the_picture(tmp_path):
     assert drawn.stdout.strip() == str(tmp_path / "effects.png")
     assert (tmp_path / PICTURE).read_bytes() == before
     refused = call("plot", tmp_path, "--effects", "-o", tmp_path / PICTURE)
-    assert_refused(refused, "only replaced with --overwrite")
+    assert_refused(refused, "add --overwrite to replace it")
 
 
 def program(*arguments, **options):
@@ -353,7 +349,7 @@ def program(*arguments, **options):
 def test_a_picture_that_cannot_be_drawn_is_told_of_and_the_run_is_done(tmp_path, stub):
     (tmp_path / PICTURE).mkdir()
     result = call("run", "passive", "-o", tmp_path)
-    assert_refused(result, "note: there is no picture", "Is a directory", code=0)
+    assert_refused(result, "note: no picture is drawn", "Is a directory", code=0)
     assert "simulated" in result.stdout
     stub.reason = "at t = 41: spheres touch"
     result = call("run", "passive", "-o", tmp_path, "--overwrite")
@@ -382,8 +378,8 @@ def test_a_reader_that_has_gone_away_ends_a_command_without_a_word(command):
     os.close(reader)
     listed = program(*command, stdout=writer)
     os.close(writer)
-    assert (listed.returncode, listed.stderr) == (READER_GONE, "")
-    assert READER_GONE == 128 + signal.SIGPIPE
+    assert (listed.returncode, listed.stderr) == (BROKEN_PIPE, "")
+    assert BROKEN_PIPE == 128 + signal.SIGPIPE
 
 
 def test_a_run_whose_reader_has_gone_away_is_done_without_a_word(tmp_path):
@@ -427,7 +423,7 @@ def test_the_ending_of_another_kind_of_file_is_refused(tmp_path, stub, name):
 def test_resuming_what_is_complete_says_so(tmp_path):
     assert call("run", "passive", "-o", tmp_path, *SMALL).exit_code == 0
     before = (tmp_path / FILE_NAME).read_bytes()
-    told = f"note: {tmp_path / FILE_NAME} is complete, and nothing is left to do"
+    told = f"note: {tmp_path / FILE_NAME} is complete; there is nothing to resume"
     assert_refused(call("resume", tmp_path), told, code=0)
     assert (tmp_path / FILE_NAME).read_bytes() == before
 
@@ -436,7 +432,7 @@ def test_resuming_what_is_complete_says_so(tmp_path):
 def test_flags_that_do_nothing_for_effects_are_refused(tmp_path, stub, flag):
     assert call("run", "passive", "-o", tmp_path).exit_code == 0
     told = call("plot", tmp_path, "--effects", *flag)
-    assert_refused(told, f"{flag[0]} = ", "is for pictures of the chain", "--effects")
+    assert_refused(told, f"{flag[0]} = ", "applies to pictures of the chain", "--effects")
     assert not (tmp_path / "effects.png").exists()
 
 
@@ -486,7 +482,7 @@ def test_symbols_that_a_terminal_lacks_are_spelt(encoding):
 
 
 def test_symbols_are_spelt_as_they_are_read():
-    shown = "λ∥d σ Ω₀ ½ (a/r)² … 字".encode("ascii", SPELT).decode()
+    shown = "λ∥d σ Ω₀ ½ (a/r)² … 字".encode("ascii", TRANSLITERATE).decode()
     assert shown == "lambdapard sigma Omega0 12 (a/r)2 ... ?"
 
 
@@ -534,7 +530,7 @@ def test_the_table_of_costs_is_shown_whole(monkeypatch):
     found = WorkPrecision(load_scene("passive"), 1.0, own, points, "cvode", 1e-9)
     shown = StringIO()
     monkeypatch.setattr(sys, "stdout", shown)
-    assert show(work_table(found), whole=True) is None
+    assert print_output(work_table(found), whole=True) is None
     for number in ("1.0e-03", "0.012", *map(str, counts), "not known"):
         assert number in shown.getvalue()
 
@@ -546,7 +542,7 @@ def test_version():
 def test_help_loads_nothing_heavy():
     program = f"""
 import sys
-from nrchain.cli.commands import main
+from nrchain.cli.app import main
 sys.argv = ["nrchain", "--help"]
 try:
     main()

@@ -10,7 +10,7 @@ from support.poses import random_chain
 from typer.testing import CliRunner
 
 import nrchain
-from nrchain.cli.commands import app
+from nrchain.cli.app import app
 from nrchain.errors import SceneError
 from nrchain.inputs.arrays import GivenArray
 from nrchain.planning.start import starting_poses

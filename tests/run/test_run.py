@@ -278,7 +278,7 @@ def test_a_signal_leaves_a_file_to_go_on_from(tmp_path, number, name):
     changes = {"run.end": 600.0, "run.snapshots": 41}
     for key, value in changes.items():
         arguments += ["--set", f"{key}={value}"]
-    program = "from nrchain.cli.commands import main; main()"
+    program = "from nrchain.cli.app import main; main()"
     scene = nrchain.load_scene("spiral-left", **changes)
     start_apart(nrchain.load_scene(scene, **{"run.end": 0.1}), tmp_path / "warm.h5").wait()
     child = subprocess.Popen(

@@ -14,7 +14,7 @@ from nrchain import work
 from nrchain.accuracy.cost import work_precision
 from nrchain.accuracy.plan_effects import plan_effects
 from nrchain.accuracy.timing import foretell
-from nrchain.cli.commands import app
+from nrchain.cli.app import app
 from nrchain.planning.nominal_cost import evaluation_cost
 from nrchain.run.work import CARRIED, LAPS, STRANGE, RunCost, Stopwatch, Work, carried, cost_of
 from nrchain.trajectory.writer import TrajectoryWriter

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from nrchain.cli.commands import REFUSED
+from nrchain.cli.exits import REFUSED
 from nrchain.errors import SYSTEMS
 
 README = Path(__file__).parents[2] / "README.md"

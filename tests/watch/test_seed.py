@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
 import nrchain
-from nrchain.cli.commands import app
+from nrchain.cli.app import app
 from nrchain.planning.paired import PairedRun
 from nrchain.planning.regime import warnings
 from nrchain.planning.start import starting_poses

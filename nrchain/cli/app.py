@@ -1,0 +1,93 @@
+"""The command line: its commands, and one line for a command that is not understood.
+
+The libraries that a command needs are imported when it runs: ``nrchain --help`` is immediate.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from nrchain.cli.cost import cost
+from nrchain.cli.effects import effects
+from nrchain.cli.exits import BROKEN_PIPE, REFUSED, report_unwritable_output, show
+from nrchain.cli.plan import plan
+from nrchain.cli.plot import plot
+from nrchain.cli.resume import resume
+from nrchain.cli.run import run
+from nrchain.cli.scenes import scenes
+from nrchain.cli.terminal import discard_output, report, transliterate_output
+from nrchain.version import __version__
+
+_UsageError: Any = typer.BadParameter.__base__
+"""The error of a command line that cannot be parsed; Typer has no public name for it."""
+
+
+class _OneLineGroup(TyperGroup):
+    """The commands, with one line for a command line that is not understood."""
+
+    def main(self, args: Sequence[str] | None = None, *given: Any, **options: Any) -> Any:
+        words = sys.argv[1:] if args is None else list(args)
+        options["standalone_mode"] = False
+        try:
+            code = super().main(words or ["--help"], *given, **options)
+        except _UsageError as error:
+            command = error.ctx.command_path if error.ctx else "nrchain"
+            message = " ".join(error.format_message().split()).rstrip(".")
+            report(f"{message}; see {command} --help")
+            code = REFUSED
+        except SystemExit as end:
+            # Typer exits with 1 if the reader goes away while it prints a help text
+            if not isinstance(end.__context__, BrokenPipeError):
+                raise
+            code = BROKEN_PIPE
+        except OSError as error:
+            discard_output()
+            code = report_unwritable_output(error)
+        sys.exit(code if isinstance(code, int) else 0)
+
+
+app = typer.Typer(
+    name="nrchain",
+    help="Simulate chains of active colloids with nonreciprocal interactions.",
+    cls=_OneLineGroup,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+for command in (run, plan, resume, scenes, effects, plot, cost):
+    app.command()(command)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        show(f"nrchain {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version."),
+    ] = False,
+) -> None:
+    pass
+
+
+def main() -> None:
+    """Run the command line with the arguments of the process."""
+    transliterate_output()
+    try:
+        app()
+    finally:
+        try:
+            if sys.stdout is not None:
+                sys.stdout.flush()
+        except OSError as error:
+            discard_output()
+            report_unwritable_output(error)

@@ -1,0 +1,69 @@
+"""Arguments that several commands share, and what they name: a scene, or a run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from nrchain.cli.exits import show_if_possible
+from nrchain.cli.terminal import note, warn
+from nrchain.errors import TrajectoryError
+
+if TYPE_CHECKING:
+    from nrchain.planning.choice import Choice
+    from nrchain.scene.scene import Scene
+
+RUNS = Path("runs")
+"""Folder of runs whose place is not given."""
+
+Run = Annotated[Path, typer.Argument(help="Directory or file of a run.", show_default=False)]
+SceneName = Annotated[
+    str, typer.Argument(help="Name of a shipped scene, or a TOML file.", show_default=False)
+]
+Changes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Change a key of the scene, such as slip.2s=50. Can be repeated.",
+    ),
+]
+
+
+def load(name: str, changes: Sequence[str] | None) -> tuple[Scene, Choice | None]:
+    """The scene with the changes of ``--set``.
+
+    Where it has ``effects = "auto"``, choose its effects and print the choice.
+    """
+    from nrchain.scene.scene import load_scene, parse_assignment
+
+    scene = load_scene(name, **dict(parse_assignment(change) for change in changes or ()))
+    if scene.effects != "auto":
+        return scene, None
+    from nrchain.planning.auto import choose
+
+    scene, choice = choose(scene)
+    for text in choice.lines():
+        show_if_possible(text, soft_wrap=True)
+    return scene, choice
+
+
+def report_risks(scene: Scene, warnings: Sequence[str]) -> None:
+    """Note the keys of a scene that have no effect, and report its warnings."""
+    from nrchain.planning.description import without_effect
+
+    for key, why in without_effect(scene):
+        note(f"{key} has no effect: {why}")
+    for text in warnings:
+        warn(text)
+
+
+def find_run(given: Path) -> Path:
+    """The directory or file of a run; raise :class:`TrajectoryError` for one found in runs/."""
+    nearby = RUNS / given
+    if not given.exists() and nearby.exists():
+        raise TrajectoryError(f"{given}: there is no such trajectory; did you mean {nearby}?")
+    return given

@@ -1,0 +1,17 @@
+"""``nrchain effects``: list the effects."""
+
+from __future__ import annotations
+
+from nrchain.cli.exits import one_line_errors, show
+from nrchain.cli.tables import plain_table
+
+
+@one_line_errors()
+def effects() -> None:
+    """List the effects: what each does, and the scene key that switches it on."""
+    from nrchain.effects.registry import effects as known_effects
+
+    table = plain_table("effect", "what it does", "scene key")
+    for effect in known_effects():
+        table.add_row(effect.name, effect.summary, effect.key)
+    show(table)

@@ -1,0 +1,36 @@
+"""``nrchain plan``: what to expect of a scene before it is run."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from nrchain.cli.arguments import Changes, SceneName, load, report_risks
+from nrchain.cli.exits import one_line_errors, show
+from nrchain.cli.tables import contributions_table, predictions_table
+
+
+@one_line_errors()
+def plan(
+    scene: SceneName,
+    changes: Changes = None,
+    budget: Annotated[
+        float,
+        typer.Option(
+            min=0.0, help="Work of the probe runs, in nominal seconds: counted, not timed."
+        ),
+    ] = 3.0,
+) -> None:
+    """Predict what a scene does, and what each effect contributes and costs."""
+    from nrchain.accuracy.plan_effects import plan_effects
+    from nrchain.planning.estimate import estimate_effects
+    from nrchain.planning.plan import plan as predict
+
+    loaded, _ = load(scene, changes)
+    predicted = predict(loaded)
+    show(predictions_table(predicted))
+    effects = plan_effects(loaded, estimate_effects(loaded, budget=budget))
+    show(contributions_table(effects))
+    show(*effects.remarks(), *effects.notes(), soft_wrap=True)
+    report_risks(loaded, predicted.warnings)

@@ -1,0 +1,77 @@
+"""What a run shows while it goes on: a bar of the time reached, and afterwards its warnings."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+from warnings import catch_warnings
+
+import typer
+
+from nrchain.cli.terminal import console, report, warn
+from nrchain.errors import SceneWarning
+from nrchain.run.interruption import INTERRUPTED
+
+if TYPE_CHECKING:
+    from rich.progress import Progress as Bar
+
+    from nrchain.run.simulate import Progress
+
+
+@contextmanager
+def progress_bar(place: Path) -> Iterator[Callable[[Progress], None]]:
+    """Show the time reached by the run at ``place``; if interrupted, say how to continue it."""
+    from nrchain.trajectory.file import locate
+
+    bar = _new_bar()
+    task = bar.add_task("", total=None, time="0", steps="0")
+
+    def update(progress: Progress) -> None:
+        bar.update(
+            task,
+            total=progress.end,
+            completed=progress.time,
+            time=f"{progress.time:.4g} of {progress.end:.4g}",
+            steps=f"{progress.counters.get('steps', 0):.0f}",
+        )
+
+    try:
+        with bar:
+            yield update
+    except KeyboardInterrupt:
+        if not locate(place).exists():
+            raise
+        command = f"nrchain resume {shlex.quote(str(place))}"
+        report(f"interrupted; the snapshots so far are kept; to continue: {command}")
+        raise typer.Exit(INTERRUPTED) from None
+
+
+def _new_bar() -> Bar:
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    screen = console(stderr=True)
+    return Bar(
+        TextColumn("t = {task.fields[time]}"),
+        BarColumn(bar_width=None),
+        TextColumn("{task.fields[steps]} steps"),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+        console=screen,
+        transient=True,
+        disable=not screen.is_terminal,
+    )
+
+
+@contextmanager
+def report_warnings(known: Collection[str] = ()) -> Iterator[None]:
+    """Collect the warnings of a run; afterwards report those that are not ``known``."""
+    with catch_warnings(record=True, action="always", category=SceneWarning) as caught:
+        yield
+    for text in (str(one.message) for one in caught or ()):
+        if text not in known:
+            warn(text)

@@ -1,0 +1,38 @@
+"""``nrchain resume``: continue a run."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from nrchain.cli.arguments import Run, find_run
+from nrchain.cli.exits import one_line_errors
+from nrchain.cli.progress import progress_bar, report_warnings
+from nrchain.cli.summary import finish
+from nrchain.cli.terminal import note
+
+
+@one_line_errors()
+def resume(
+    directory: Run,
+    unwatched: Annotated[
+        bool,
+        typer.Option(
+            "--unwatched",
+            help="Continue although neglected effects exceed their estimate. The error bound of "
+            "the run is lost.",
+        ),
+    ] = False,
+) -> None:
+    """Continue a run that was interrupted, killed or stopped by a budget."""
+    from nrchain.run.simulate import resume as continue_run
+    from nrchain.trajectory.trajectory import Trajectory
+
+    place = find_run(directory)
+    kept = Trajectory.open(place)
+    if kept.status == "completed":
+        note(f"{kept.path} is complete; there is nothing to resume")
+    with progress_bar(place) as progress, report_warnings():
+        trajectory = continue_run(place, unwatched=unwatched, progress=progress)
+    finish(trajectory)

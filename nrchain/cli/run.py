@@ -1,0 +1,55 @@
+"""``nrchain run``: simulate a scene."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from nrchain.cli.arguments import RUNS, Changes, SceneName, load, report_risks
+from nrchain.cli.exits import one_line_errors, show_if_possible
+from nrchain.cli.progress import progress_bar, report_warnings
+from nrchain.cli.summary import finish
+
+
+@one_line_errors()
+def run(
+    scene: SceneName,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Directory to write to, or a file that ends in .h5.",
+            show_default="runs/SCENE",
+        ),
+    ] = None,
+    changes: Changes = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace an existing result.")
+    ] = False,
+) -> None:
+    """Simulate a scene, and write its trajectory and a picture."""
+    from nrchain.effects.registry import acting
+    from nrchain.planning.regime import warnings
+    from nrchain.run.folders import made
+    from nrchain.run.simulate import output_file, simulate
+
+    place = output or RUNS / Path(scene).stem
+    folder, file = output_file(place, overwrite)
+    loaded, choice = load(scene, changes)
+    risks = warnings(loaded)
+    report_risks(loaded, risks)
+    names = ", ".join(effect.name for effect in acting(loaded)) or "none"
+    show_if_possible(f"effects     {names}", soft_wrap=True)
+    with (
+        made(folder) if folder else nullcontext(),
+        progress_bar(place) as progress,
+        report_warnings(known=risks),
+    ):
+        trajectory = simulate(
+            loaded, output=file, overwrite=overwrite, progress=progress, choice=choice
+        )
+    finish(trajectory)

@@ -1,0 +1,68 @@
+"""How a run ends on the command line: its picture, its tables, its files and its exit code."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from nrchain.cli.exits import STOPPED, show_if_possible
+from nrchain.cli.tables import counters_table, effects_table
+from nrchain.cli.terminal import note, report
+
+if TYPE_CHECKING:
+    from nrchain.trajectory.trajectory import Trajectory
+
+PICTURE, PICTURE_IN_SPACE, EFFECTS_PICTURE = "chain.png", "chain-3d.png", "effects.png"
+
+
+def finish(trajectory: Trajectory) -> None:
+    """Draw the picture, print what the run did and where it is, and exit by how it ended."""
+    from nrchain.run.work import DEFINITION
+
+    picture = _draw(trajectory)
+    show_if_possible(counters_table(trajectory))
+    show_if_possible(DEFINITION, soft_wrap=True)
+    show_if_possible(effects_table(trajectory))
+    if trajectory.path:
+        show_if_possible(f"trajectory  {trajectory.path}", soft_wrap=True)
+    if picture:
+        show_if_possible(f"picture     {picture}", soft_wrap=True)
+    if trajectory.path is None:
+        report(f"nothing is kept: {trajectory.reason or 'the file was removed during the run'}")
+        raise typer.Exit(STOPPED)
+    if trajectory.status != "completed":
+        report(_why_stopped(trajectory))
+        raise typer.Exit(STOPPED)
+
+
+def _why_stopped(trajectory: Trajectory) -> str:
+    run = trajectory.scene.run
+    advice = f"; {trajectory.advice}" if trajectory.advice else ""
+    return (
+        f"stopped early: {trajectory.reason}; {len(trajectory.time)} of {run.snapshots} snapshots "
+        f"are kept, up to t = {trajectory.time[-1]:.6g} of {run.end:.6g}{advice}"
+    )
+
+
+def _draw(trajectory: Trajectory) -> Path | None:
+    """Draw the chain beside the file of a run; note a failure and return None."""
+    from nrchain.view.plots import draw_chain
+
+    if trajectory.path is None:
+        return None
+    try:
+        return draw_chain(trajectory, picture_beside(trajectory, PICTURE))
+    except (OSError, ValueError, RuntimeError, MemoryError, ArithmeticError) as error:
+        note(f"no picture is drawn: {error}")
+        return None
+
+
+def picture_beside(trajectory: Trajectory, name: str) -> Path:
+    """The path of a picture beside a trajectory: ``name``, or FILE-``name`` for a FILE.h5."""
+    from nrchain.trajectory.file import FILE_NAME
+
+    assert trajectory.path is not None
+    prefix = "" if trajectory.path.name == FILE_NAME else f"{trajectory.path.stem}-"
+    return trajectory.path.with_name(prefix + name)
