@@ -1,17 +1,17 @@
 """u = −(5a³/2)(1 + a²∇²/6)(1 + a²∇²/10) x (x·E·x)/r⁵: a rigid sphere in a strain E.
 
-A sphere that does not deform as the fluid around it would sheds the flow of its stresslet
-S = (20/3)πηa³E and that of a potential quadrupole. Exactly, the flow about one sphere is
-(1 + a²∇²/10) of the first; a second sphere of the same size feels (1 + a²∇²/6) of that (Faxén).
-The flow is biharmonic, and so the product of both is 1 + (4/15)a²∇². With f = x·E·x,
+A rigid sphere does not deform with the fluid. It disturbs the flow by its stresslet
+S = (20/3)πηa³E and by a potential quadrupole. The exact flow about one sphere is (1 + a²∇²/10)
+times that of the stresslet; a second sphere of the same size feels (1 + a²∇²/6) of it (Faxén). The
+flow is biharmonic, so that the product of both is 1 + (4/15)a²∇². With f = x·E·x,
 
     stresslet     u = −(5a³/2) x f/r⁵,                      w = ½ ∇ × u = −(5a³/2)(E·x) × x/r⁵
     finite size   u = −(8a⁵/3) [E·x/r⁵ − (5/2) x f/r⁷],      w = 0
                     = −(4a⁵/3) ∇(f/r⁵)
 
-x points from the sphere that sheds to the one that feels. Two spheres come apart at
-E·r − [A n n + B (I − n n)]·E·r, and with ρ = r/a the stresslet gives A = 5/ρ³ and B = 0, the finite
-size A = −8/ρ⁵ and B = 16/3ρ⁵. What is left out are reflections: 25/ρ⁶ in A.
+x points from the acting to the feeling sphere. The relative velocity of two spheres is
+E·r − [A n n + B (I − n n)]·E·r. With ρ = r/a the stresslet gives A = 5/ρ³ and B = 0, the finite
+size A = −8/ρ⁵ and B = 16/3ρ⁵. Reflections, 25/ρ⁶ in A, are left out.
 
 Sources: Batchelor & Green, J. Fluid Mech. 56, 375 (1972), for A and B; Kim & Karrila,
 *Microhydrodynamics*, chapter 3, for the flow about one sphere and Faxén's laws.
@@ -33,7 +33,7 @@ from nrchain.hydrodynamics.pairs import NEAR, PARALLEL_PAIRS, compile_sum
 Part = Literal["stresslet", "finite size"]
 
 _SIZES = {"stresslet": (5 / 2, 3), "finite size": (8 / 3, 5)}
-"""What multiplies the flow of a part: a number, and the power of a."""
+"""The prefactor of each part: a number, and the power of a."""
 
 
 @kernel
@@ -138,7 +138,7 @@ def _twist_kernel(leading: bool, parallel: bool) -> Any:
 
 @cache
 def _product_kernel(leading: bool, parallel: bool) -> Any:
-    """Compile its derivative along a change: see :meth:`Disturbance.add_product`."""
+    """Compile the derivative of the sum: see :meth:`Disturbance.add_product`."""
 
     def add_disturbance_product(points, moves, weights, strain, size, first, reach, out):
         for i in prange(out.shape[0]):
@@ -179,19 +179,19 @@ def _add_blocks(points, weights, strain, size, leading, first, reach, blocks):
 
 
 class Disturbance:
-    """What all spheres of a chain shed into a flow and feel of each other, and its derivative.
+    """(v, ω)_i = Σ_j (u, w)(r_i − r_j): how rigid spheres disturb a flow, and the derivative.
 
     Parameters
     ----------
     part
         The stresslet or the finite size.
     gradient
-        G (3, 3) of the flow G·r, of which the symmetric part E counts.
+        G (3, 3) of the flow G·r; only its symmetric part E has an effect.
     count, radius
         N and a.
     reach
-        How many places along the chain a flow is felt; None: all pairs, with every image of a
-        periodic chain. That sum converges: images contribute as 1/p².
+        Neighbours on either side whose flow counts; None: all pairs, with every image of a
+        periodic chain. This sum converges: the p-th image contributes as 1/p².
     period
         Length along x after which the chain repeats; 0 for an open chain.
     """
@@ -216,7 +216,7 @@ class Disturbance:
 
     @property
     def near(self) -> int | None:
-        """Neighbours whose exact Jacobian blocks are kept; None if products alone are exact."""
+        """Neighbours with exact Jacobian blocks; None if only :meth:`add_product` is exact."""
         return self.reach if self.reach <= NEAR else None
 
     def _points(self, positions: np.ndarray) -> np.ndarray:
@@ -234,20 +234,20 @@ class Disturbance:
         sharing.add(compiled, self._parallel, points, *self._law(), twists)
 
     def linearise(self, positions: np.ndarray) -> None:
-        """Take the derivative at these positions."""
+        """Take the derivative at positions (N, 3)."""
         self._there = self._points(positions)
 
     def add_blocks(self, blocks: np.ndarray) -> None:
         """blocks (N, 2w + 1, 6, 6)[i, w + m] += ∂(v, ω)_i / ∂(u, φ)_{i+m}.
 
-        Nothing where the blocks are not the whole derivative: the flow is smooth.
+        Adds nothing if the blocks cannot hold the whole derivative: the flow is smooth.
         """
         if self.near is not None and self.near <= blocks.shape[1] // 2:
             weights, strain, size, first, reach = self._law()
             _add_blocks(self._there, weights, strain, size, self._leading, first, reach, blocks)
 
     def add_product(self, poses: np.ndarray, out: np.ndarray) -> None:
-        """out (N, 6) += the change of the twists with ``poses`` (N, 6), all of it."""
+        """out (N, 6) += the change of the twists with a change ``poses`` (N, 6) of the poses."""
         moves = poses[self._layout.spheres, :3]
         compiled = partial(_product_kernel, self._leading)
         sharing.add(compiled, self._parallel, self._there, moves, *self._law(), out)

@@ -63,7 +63,7 @@ def divergence(table: FlowTable) -> FlowTable:
 
 
 def laplacian(table: FlowTable) -> FlowTable:
-    """a²∇²u = −a² ∇ × (∇ × u), for a flow without divergence."""
+    """a²∇²u = −a² ∇ × (∇ × u) of a flow without divergence."""
     return scale(curl(curl(table)), Fraction(-1))
 
 

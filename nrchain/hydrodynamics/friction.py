@@ -26,14 +26,14 @@ from nrchain.hydrodynamics.rotne_prager import (
 )
 
 COINCIDENT = 1e-80
-"""Added to (r/a)²: it gives spheres at one place a finite distance, and no others notice."""
+"""Added to (r/a)²: coincident spheres get a finite distance; rounding hides it for all others."""
 
 
 @kernel
 def _sum_twists(sources, radius, me, first, last):
-    """Σ_j (v, a ω) at sphere ``me``, over 0 ≤ first ≤ j < last; the rows are those of r, f and τ.
+    """Σ_j (v, a ω) at sphere ``me``, over 0 ≤ first ≤ j < last; rows of ``sources``: r, f and τ.
 
-    j is unsigned so that no index can count from the end, and the loop be vectorised.
+    j is unsigned: an index never counts from the end, and the compiler vectorises the loop.
     """
     shrink, nowhere = 1.0 / radius, COINCIDENT * radius * radius
     v0 = v1 = v2 = w0 = w1 = w2 = 0.0
@@ -82,7 +82,7 @@ def _sum_changes(sources, changes, radius, me, first, last):
 
 @cache
 def _twist_kernel(parallel: bool):
-    """Compile the sum over all: see :meth:`PairFriction.apply`."""
+    """Compile the sum over pairs: see :meth:`PairFriction.apply`."""
 
     def add_twists(sources, radius, first_slot, reach, twists):
         for i in prange(twists.shape[0]):
@@ -99,7 +99,7 @@ def _twist_kernel(parallel: bool):
 
 @cache
 def _product_kernel(parallel: bool):
-    """Compile its derivative along a change: see :meth:`PairFriction.add_product`."""
+    """Compile the derivative of the sum: see :meth:`PairFriction.add_product`."""
 
     def add_product(sources, changes, radius, first_slot, reach, twists):
         for i in prange(twists.shape[0]):
@@ -116,7 +116,7 @@ def _product_kernel(parallel: bool):
 
 @kernel
 def _columns(sources, changes, units, radius, me, j, columns):
-    """columns (6, 9) = ∂(v, ω)/∂(r, F, T): of sphere ``me`` with those of j, also where j is me."""
+    """columns (6, 9) = ∂(v, ω)_me/∂(r, F, T)_j, including j = me."""
     columns[:] = 0.0
     if j == me:
         for k in range(3):
@@ -164,7 +164,7 @@ def _add_matrix_product(first, second, out):
 
 @kernel
 def _lay_out(vectors, wrenches, units, spheres, shifts, weights, rows):
-    """The rows r, f and τ, slot by slot of a layout; or those of their changes."""
+    """Fill the rows r, f and τ, or their changes, slot by slot of a layout."""
     for slot in range(spheres.shape[0]):
         sphere = spheres[slot]
         for k in range(3):
@@ -175,22 +175,23 @@ def _lay_out(vectors, wrenches, units, spheres, shifts, weights, rows):
 
 
 class PairFriction:
-    """The twists that wrenches on all spheres cause through the fluid, and their derivatives.
+    """(v, ω) = μ·(F, T): the twists that wrenches on all spheres cause, and their derivatives.
 
     Parameters
     ----------
     count
         Number of spheres N.
     reach
-        How many places along the chain a force is felt; None: all pairs, with every image of a
-        periodic chain. That sum converges only while the forces of a period add up to nothing, as
-        those of elasticity do.
+        Neighbours on either side that a wrench moves; None: all pairs, with every image of a
+        periodic chain. This sum converges only if the forces of a period sum to zero, as elastic
+        forces do.
     radius, viscosity
         a and η.
     period
         Length along x after which the chain repeats; 0 for an open chain.
 
-    Wrenches (F, T) and twists (v, ω) are (N, 6), in the lab. Nothing of size N × N is kept.
+    Positions are (N, 3), wrenches (F, T) and twists (v, ω) are (N, 6), in the lab. No N × N matrix
+    is stored.
     """
 
     def __init__(
@@ -220,7 +221,7 @@ class PairFriction:
         )
 
     def apply(self, positions: np.ndarray, wrenches: np.ndarray, twists: np.ndarray) -> None:
-        """twists += μ·W: each sphere's own mobility and that of the pairs within reach."""
+        """twists += μ·W: the mobility of each sphere and of the pairs within reach."""
         self._place(positions, wrenches)
         place = self.radius, self._layout.first, self.reach
         sharing.add(_twist_kernel, self._parallel, self._sources, *place, twists)
@@ -230,8 +231,8 @@ class PairFriction:
     ) -> None:
         """twists += μ·δW + (∂μ·δr)·W, the change of :meth:`apply` with positions and wrenches.
 
-        ``poses`` (N, 6) is the change (δr, φ) of every pose, of which φ does not enter, and
-        ``wrench_changes`` (N, 6) is δW, about the positions and wrenches last passed to
+        ``poses`` (N, 6) is the change (δr, φ) of every pose, of which φ has no effect, and
+        ``wrench_changes`` (N, 6) is δW. Both are about the positions and wrenches last passed to
         :meth:`apply` or :meth:`add_jacobian`.
         """
         layout = self._layout
@@ -255,11 +256,11 @@ class PairFriction:
         blocks: np.ndarray,
         near: int = 0,
     ) -> None:
-        """blocks[i, w + m] += ∂(v, ω)_i / ∂(u, φ)_{i+m}, with μ cut to ``near`` places.
+        """blocks[i, w + m] += ∂(v, ω)_i / ∂(u, φ)_{i+m}, with μ cut to ``near`` neighbours.
 
-        ``wrench_blocks`` (N, 2w' + 1, 6, 6) is ∂W_i / ∂(u, φ)_{i+m}. What falls outside the
-        2w + 1 blocks of a row is left out. With ``near`` = 0, μ is one-body: an approximation for
-        preconditioners, which misses the smooth flow of the others and no stiff local response.
+        ``wrench_blocks`` (N, 2w' + 1, 6, 6) is ∂W_i / ∂(u, φ)_{i+m}. Terms outside the 2w + 1
+        blocks of a row are left out. With ``near`` = 0, μ is one-body: a preconditioner with the
+        whole stiff local response and without the smooth flow of other spheres.
         """
         self._place(positions, wrenches)
         near = min(near, self.reach, blocks.shape[1] // 2)
@@ -275,7 +276,7 @@ class PairFriction:
         )
 
     def matrix(self, positions: np.ndarray) -> np.ndarray:
-        """μ (6N, 6N), one column a unit wrench: for tests and small systems."""
+        """μ (6N, 6N), one column for each unit wrench: for small systems."""
         columns = np.zeros((6 * self.count, self.count, 6))
         for wrench, twists in zip(np.eye(6 * self.count), columns, strict=True):
             self.apply(positions, wrench.reshape(-1, 6), twists)

@@ -1,4 +1,4 @@
-"""Slips that public functions are given: modes by their labels, with a strength for each sphere."""
+"""Slip arguments of public functions: modes by label, with a strength for each sphere."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from nrchain.inputs.arguments import finite_array
 
 
 class GivenSlip(NamedTuple):
-    """One mode of a slip: its label, the strength of each sphere (N,) and its body axis, a unit."""
+    """One mode: its label, the strength of each sphere (N,) and its body axis, a unit vector."""
 
     label: str
     strengths: np.ndarray
@@ -22,13 +22,15 @@ class GivenSlip(NamedTuple):
 
 
 def given_slips(slip: Any, count: int) -> list[GivenSlip]:
-    """The modes of a slip given as {label: strength, array, Slip or table of the two}.
+    """Read a slip given as {label: number, array, Slip, or table of strength and axis}.
 
-    Raises SceneError for what is no such table, unknown modes, wrong shapes, and what is not a
-    finite number.
+    Raises SceneError for any other type, for unknown modes, wrong shapes and numbers that are not
+    finite.
     """
     if not isinstance(slip, Mapping):
-        allowed = "must be a table of mode labels, each with a strength, one a sphere, or a Slip"
+        allowed = (
+            "must be a table of mode labels, each with a number, N numbers or a Slip"
+        )
         raise SceneError("slip", slip, allowed)
     found = []
     for label, given in slip.items():

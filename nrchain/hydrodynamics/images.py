@@ -1,12 +1,12 @@
-"""Σ_{p>P} g(p) = Σ_q W_q g(p_q): the distant images of a periodic chain, summed by a few.
+"""Σ_{p>P} g(p) = Σ_q W_q g(p_q): a few images stand for all distant ones of a periodic chain.
 
-The flow of the p-th image of a chain, seen from the chain itself, is a smooth function of 1/p that
-begins at (1/p)², once what cancels between images on both sides, or because the forces of a whole
-image cancel, is left out. The sum over all images beyond P is therefore a Gaussian quadrature in
-s = 1/p for the measure Σ_{p>P} p⁻² δ(s − 1/p): Q images at fractional distances p_q, with their
-strengths multiplied by W_q, give every power p⁻² … p^−(2Q+1) exactly. A chain of length L is seen
-from within L, so that the flow is analytic in s up to s = 1: with P = 2 and Q = 6 what is left is
-of order 1e-12 of the sum beyond P.
+At the chain, the flow of its p-th image is a smooth function of 1/p. Its expansion begins at
+(1/p)²: lower orders cancel between the images on both sides, or because the forces of an image
+cancel. The sum over all images beyond P is therefore a Gaussian quadrature in s = 1/p for the
+measure Σ_{p>P} p⁻² δ(s − 1/p): Q images at fractional distances p_q, with strengths multiplied by
+W_q, give every power p⁻² … p^−(2Q+1) exactly. The flow is analytic in s up to s = 1, because it is
+needed within one chain length only. With P = 2 and Q = 6 the error is of order 1e-12 of the sum
+beyond P.
 
 Quadrature from moments: Gautschi, *Orthogonal Polynomials*, Sec. 2.1.7 (the Chebyshev algorithm, in
 the precision it needs).
@@ -23,17 +23,17 @@ from functools import cache
 import numpy as np
 
 EXACT = 2
-"""Images on either side that are summed as they are: P."""
+"""P: images on either side that are summed one by one."""
 
 POINTS = 6
-"""Images on either side that stand for all the others: Q."""
+"""Q: images on either side that stand for all others."""
 
 _DIGITS = 100
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Spheres and their images, in the order in which sums over pairs read them.
+    """Spheres and their images, in the order of the sums over pairs.
 
     Slot s holds sphere ``spheres[s]``, displaced by ``shifts[s]`` along x, with its strength
     multiplied by ``weights[s]``; sphere i itself is in slot ``first + i``. A sphere feels the
@@ -48,11 +48,11 @@ class Layout:
 
     @classmethod
     def of(cls, count: int, reach: int | None, period: float) -> Layout:
-        """For ``count`` spheres, a reach in places along the chain (None: all) and a period.
+        """Lay out ``count`` spheres for a reach in neighbours (None: all) and a period.
 
-        A period of 0 is an open chain. With a finite reach a periodic chain is continued by that
-        many spheres on either side; with all, by its images, of which the distant ones stand for
-        several (see :func:`image_offsets`).
+        A period of 0 is an open chain. A finite reach continues a periodic chain by that many
+        spheres on either side. For all pairs its images continue it, with a few for the distant
+        ones (see :func:`image_offsets`).
         """
         chain = np.arange(count)
         if not period:
@@ -76,9 +76,9 @@ class Layout:
 
 @cache
 def image_offsets(exact: int = EXACT, points: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
-    """Offsets, in periods, and weights of all images on both sides; the chain itself is left out.
+    """Offsets, in periods, and weights of the images on both sides, without the chain itself.
 
-    Both are (2 (exact + points),) and sorted by offset.
+    Both have shape (2 (exact + points),), sorted by offset.
     """
     distances, weights = _quadrature(exact, points)
     distances = np.concatenate([np.arange(1.0, exact + 1), distances])

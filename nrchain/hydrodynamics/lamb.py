@@ -1,7 +1,7 @@
 """u = Σ_l [∇ × (x χ_l) + ∇Φ_l + (flows of pressure p_l)]: Lamb's solution of Stokes flow.
 
-All flows are made from the derivatives of 1/r in Cartesian form, so that no angle and no pole ever
-occurs. Lengths are in sphere radii and the viscosity is 1.
+All flows are built from Cartesian derivatives of 1/r: there are no angles and no poles. Lengths are
+in sphere radii and the viscosity is 1.
 
 Sources: H. Lamb, *Hydrodynamics*, art. 335, 336; J. Happel and H. Brenner, *Low Reynolds Number
 Hydrodynamics*, section 3-2; S. Kim and S. J. Karrila, *Microhydrodynamics*, chapter 4.
@@ -15,9 +15,9 @@ import numpy as np
 
 WRENCH = np.repeat([4 * math.pi, 8 * math.pi], 3)
 """F = 4π ∇(r³ p_1) and T = 8π ∇(r³ χ_1) on the fluid, x, y, z, by unit coefficients of the first
-three and the next three flows; all others carry neither.
+three and the next three flows; all other flows have neither force nor torque.
 
-Happel and Brenner, section 3-2, print the reactions, which act on the sphere.
+Happel and Brenner, section 3-2, give the reactions, which act on the sphere.
 """
 
 
@@ -29,7 +29,7 @@ def flow_count(order: int) -> int:
 def solid_harmonics(points: np.ndarray, order: int) -> np.ndarray:
     """I_l^m = (−1)^l ∂_z^{l−m} (∂_x + i∂_y)^m r⁻¹ = (l − m)! r^{−l−1} P_l^m(cos θ) e^{imφ}.
 
-    P_l^m without the sign (−1)^m. By one recurrence along the diagonal and one away from it,
+    P_l^m has no sign (−1)^m here. One recurrence runs along the diagonal and one away from it,
 
         r² I_{m+1}^{m+1} = (2m + 1)(x + iy) I_m^m
         r² I_{l+1}^m     = (2l + 1) z I_l^m − (l² − m²) I_{l−1}^m
@@ -56,13 +56,13 @@ def exterior_flows(points: np.ndarray, order: int) -> np.ndarray:
         toroidal   ∇ × (f x) = g × x
         potential  g
 
-    They span every flow outside the unit sphere that obeys Stokes' equations, decays and has no
-    source. The pressure flow is Lamb's with some of the potential flow taken off, which leaves it
-    purely normal on the sphere: there the normalised flows have the condition number 3.2 at any
-    order. Degree 1 is f = x/r³, y/r³, z/r³: its pressure flows, with the potential ones, are those
-    of a sphere that is dragged, its toroidal flows those of a sphere that is turned.
+    They span all flows outside the unit sphere that obey Stokes' equations, decay and have no
+    source. The pressure flow is Lamb's minus a multiple of the potential flow, so that it is normal
+    to the sphere on its surface: there the normalised flows have condition number 3.2 at any order.
+    Degree 1 is f = x/r³, y/r³, z/r³: pressure and potential flows are those of a dragged sphere,
+    toroidal flows those of a rotating one.
 
-    Gradients are harmonics of the next degree, by the ladder that follows from the definition:
+    Gradients are harmonics of the next degree, by the ladder
     (∂_x + i∂_y) I_l^m = −I_{l+1}^{m+1}, (∂_x − i∂_y) I_l^m = I_{l+1}^{m−1} (because ∇² r⁻¹ = 0, and
     with I_l^{−1} = −conj I_l^1), ∂_z I_l^m = −I_{l+1}^m.
 

@@ -1,7 +1,7 @@
-"""From the table of modes to straight-line code: the twist that others induce at one sphere.
+"""Σ_j (u, a w)(r_i − r_j, e_j): code for the twist of one sphere, written from the table of modes.
 
-The modes a scene names become one loop over the spheres that act, with every coefficient a
-constant in the text. For 2s alone::
+The modes of a scene become one loop over the acting spheres, with every coefficient a constant in
+the text. For 2s alone::
 
     def sum_twists(sources, radius, me, first, last):
         u0 = u1 = u2 = w0 = w1 = w2 = 0.0
@@ -15,11 +15,11 @@ constant in the text. For 2s alone::
             ...
         return u0, u1, u2, w0, w1, w2
 
-so that the compiler sees only the work of those modes, and can vectorise it: the loop calls
-nothing, writes nothing and reads side by side. (j is unsigned because a negative index would
-count from the end: the compiler would gather every number by itself.) The text is passed to the
-kernels as a literal: it is part of the key under which numba keeps their machine code on disk,
-and a changed law can never meet stale code.
+The compiler sees the work of those modes alone and vectorises it: the loop calls no function,
+writes no array and reads contiguous memory. (j is unsigned because a negative index would count
+from the end, and the compiler would load every number separately.) Kernels take the text as a
+literal: it is part of the key under which numba stores machine code on disk, and changed text is
+always compiled anew.
 """
 
 from __future__ import annotations
@@ -39,15 +39,15 @@ from nrchain.hydrodynamics.flow_tables import BASIS, FlowTable, Polynomial
 
 _VECTOR = {"n": "n", "e": "e", "x": "m"}
 _CHANGE = {"n": "d", "e": "t", "x": "y"}
-"""The names in the text of the basis vectors n, e and m = e × n, and of their changes."""
+"""Names of the basis vectors n, e and m = e × n in the text, and of their changes."""
 
 
 @dataclass(frozen=True)
 class PairLaw:
-    """The modes of a scene: labels, one body axis each, and whether sizes are finite.
+    """The modes of a sum over pairs: labels, body axes, and whether spheres have finite size.
 
-    Modes that share an axis share the geometry of a pair. ``axes`` lists the distinct unit
-    vectors (body components) and ``axis_of[m]`` says which one mode m uses.
+    Modes with the same axis share the geometry of a pair. ``axes`` lists the distinct unit vectors
+    (body components); mode m has the axis ``axes[axis_of[m]]``.
     """
 
     labels: tuple[str, ...]
@@ -59,7 +59,7 @@ class PairLaw:
     def of(
         cls, labels: Sequence[str], axes: Sequence[Sequence[float]], finite_size: bool = False
     ) -> PairLaw:
-        """The law of modes with the given body axes, which need not be of unit length."""
+        """The law of modes with the given body axes, of any length."""
         units: list[tuple[float, float, float]] = []
         axis_of = []
         for axis in axes:
@@ -125,9 +125,9 @@ class PairLaw:
         return lines
 
     def _change_lines(self) -> list[str]:
-        """The change of F(s, c) n, which is that of (F/r) x: ∂(F/r) x + (F/r) ∂x.
+        """The lines of ``sum_changes``: ∂(F n) = ∂(F/r) x + (F/r) ∂x, with F(s, c).
 
-        With d = ∂x/r, ∂s = −s n·d. In the same way F e × n is (F/r) e × x, with t = ∂e given.
+        With d = ∂x/r, ∂s = −s n·d. Likewise F e × n = (F/r) e × x, where t = ∂e is given.
         """
         lines = self._geometry()
         lines += [f"d{k} = (changes[{k}, me] - changes[{k}, j]) * inverse" for k in range(3)]
@@ -232,7 +232,7 @@ def _function(name: str, tables: Sequence[str], lines: Sequence[str]) -> str:
 
 
 def sum_twists(law, sources, radius, me, first, last):
-    """Σ_j (u, a w) at sphere ``me``, over 0 ≤ first ≤ j < last; compiled from ``law``, its text.
+    """Σ_j (u, a w) at sphere ``me``, over 0 ≤ first ≤ j < last, compiled from the text ``law``.
 
     The rows of ``sources`` are x, y, z, the components of each axis, and each mode's strengths.
     """
@@ -246,7 +246,7 @@ def sum_changes(law, sources, changes, radius, me, first, last):
 
 @lru_cache(maxsize=256)
 def _compiled(law: str, name: str):
-    """The function of that name in the text, compiled once for all kernels that call it."""
+    """Compile the function of that name in the text, once for all kernels that call it."""
     namespace: dict = {"np": np}
     exec(law, namespace)
     function = rename(namespace[name], law)

@@ -1,9 +1,9 @@
 """v_i = Σ_j u(r_i − r_j, e_j), ω_i = Σ_j w(r_i − r_j, e_j): slip flows summed over pairs.
 
-The sum runs over the spheres within ``reach`` places along the chain, or over all. A periodic chain
-is laid out with its images on either side first (:mod:`nrchain.hydrodynamics.images`), so that
-every sphere finds its neighbours in one contiguous stretch of the same arrays. Each row of the
-result is written by one iteration alone: it does not depend on the number of threads.
+The sum runs over up to ``reach`` neighbours on either side, or over all spheres. The images of a
+periodic chain are first laid out beside it (:mod:`nrchain.hydrodynamics.images`), so that the
+neighbours of a sphere are contiguous in the arrays. One iteration writes each row of the result:
+it does not depend on the number of threads.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from nrchain.hydrodynamics.images import Layout
 from nrchain.hydrodynamics.pair_law import PairLaw, sum_changes, sum_twists
 
 PARALLEL_PAIRS = 20_000
-"""Sums over more pairs than this are shared between threads: below, starting them costs more."""
+"""Sums over more pairs than this run on several threads. Below, starting threads costs more."""
 
 NEAR = 8
-"""Furthest neighbours whose exact blocks are kept; beyond, products go through the pairs."""
+"""Largest reach for which exact Jacobian blocks are kept. Beyond it products sum over pairs."""
 
 
 def compile_sum(function: Callable[..., Any], parallel: bool, law: str = "") -> Any:
-    """The compiled ``function`` of a law, with its rows shared between threads or not."""
+    """Compile the ``function`` of a law, on several threads or on one."""
     return kernel(rename(function, law, parallel), parallel=parallel)
 
 
@@ -51,7 +51,7 @@ def twist_kernel(law: str, parallel: bool):
 
 @lru_cache(maxsize=64)
 def product_kernel(law: str, parallel: bool):
-    """Compile its derivative along a change of pose: see :meth:`SlipFlow.add_product`."""
+    """Compile the derivative of the sum along a change of poses: :meth:`SlipFlow.add_product`."""
 
     def add_product(sources, changes, radius, first_slot, reach, twists):
         for i in prange(twists.shape[0]):
@@ -93,7 +93,7 @@ def block_kernel(law: str):
 
 @kernel
 def _set_unit_change(sources, changes, j, column, size):
-    """Displace sphere j by ``size`` along x, y or z, or turn its axes about it: t × e."""
+    """Displace sphere j by ``size`` along x, y or z, or rotate its axes about it."""
     if column < 3:
         changes[column, j] = size
         return
@@ -105,7 +105,7 @@ def _set_unit_change(sources, changes, j, column, size):
 
 @kernel
 def _lay_out(positions, frames, body_axes, spheres, shifts, sources):
-    """The rows x, y, z and lab axes of ``sources``, slot by slot of a layout."""
+    """Fill the rows x, y, z and lab axes of ``sources``, slot by slot of a layout."""
     for slot in range(spheres.shape[0]):
         sphere = spheres[slot]
         for k in range(3):
@@ -121,7 +121,7 @@ def _lay_out(positions, frames, body_axes, spheres, shifts, sources):
 
 @kernel
 def _lay_out_changes(poses, spheres, sources, changes):
-    """The changes of those rows with ``poses``: displacements, and t × e for each axis."""
+    """Fill their changes with ``poses``: displacements, and φ × e for each axis."""
     for slot in range(spheres.shape[0]):
         sphere = spheres[slot]
         for k in range(3):
@@ -135,19 +135,24 @@ def _lay_out_changes(poses, spheres, sources, changes):
 
 
 class SlipFlow:
-    """The twists that the slip of all spheres induces, and their derivatives.
+    """(v, ω)_i = Σ_j (u, w)(r_i − r_j, e_j): the twists that slip induces, and their derivatives.
 
     Parameters
     ----------
     labels, strengths, axes
-        One entry a mode: its label, its strengths (N,) and its body axis.
+        For each mode its label, its strengths (N,) and its body axis.
+    count
+        Number of spheres N.
     reach
-        How many places along the chain a flow is felt; None: all pairs, with every image of a
+        Neighbours on either side whose flow counts; None: all pairs, with every image of a
         periodic chain.
     period
         Length along x after which the chain repeats; 0 for an open chain.
+    finite_size
+        Whether flows include the finite size of both spheres.
 
-    Modes whose strength vanishes on every sphere are dropped, and cost nothing.
+    Positions are (N, 3) and frames (N, 3, 3), in the lab. Modes of zero strength are left out of
+    the compiled sum.
     """
 
     def __init__(
@@ -181,12 +186,12 @@ class SlipFlow:
 
     @property
     def strengths(self) -> np.ndarray:
-        """Strengths (modes, N) of the modes that act."""
+        """Strengths (modes, N) of the modes that are not zero."""
         first = self._layout.first
         return self._sources[len(self._changes) :, first : first + self.count]
 
     def only(self, label: str) -> Self:
-        """Silence all modes but one, in place; the kernel stays the same."""
+        """Set the strengths of all other modes to zero, in place; the kernel stays the same."""
         for row, own in zip(self._sources[len(self._changes) :], self.labels, strict=True):
             if own != label:
                 row[:] = 0.0
@@ -194,7 +199,7 @@ class SlipFlow:
 
     @property
     def near(self) -> int:
-        """Neighbours whose exact Jacobian blocks are kept."""
+        """Neighbours with exact Jacobian blocks; 0 if only :meth:`add_product` is exact."""
         return self.reach if self.reach <= NEAR else 0
 
     def _place(self, positions: np.ndarray, frames: np.ndarray) -> None:
@@ -211,9 +216,9 @@ class SlipFlow:
         sharing.add(compiled, self._parallel, self._sources, *place, twists)
 
     def add_jacobian(self, positions: np.ndarray, frames: np.ndarray, blocks: np.ndarray) -> None:
-        """blocks[i, w + m] += ∂(v, ω)_i / ∂(u, φ)_{i+m} of the pairs within w places.
+        """blocks[i, w + m] += ∂(v, ω)_i / ∂(u, φ)_{i+m}, summed over up to w neighbours.
 
-        The block of a sphere with itself holds what those pairs contribute, no more.
+        The diagonal block of a sphere is the sum over the same pairs.
         """
         if not self:
             return
@@ -225,8 +230,8 @@ class SlipFlow:
     def add_product(self, poses: np.ndarray, twists: np.ndarray) -> None:
         """twists += the change of :meth:`add_twists` with the poses.
 
-        ``poses`` (N, 6) is the change (u, φ) of every pose, about the poses last passed to
-        :meth:`add_twists` or :meth:`add_jacobian`.
+        ``poses`` (N, 6) is the change (u, φ) of every pose: displacement and rotation in the lab,
+        about the poses last passed to :meth:`add_twists` or :meth:`add_jacobian`.
         """
         if not self:
             return

@@ -1,28 +1,28 @@
 """u = v_i + ω_i × ρ + v_slip on every sphere: the exterior Stokes problem, solved to convergence.
 
 Pair laws, finite-size corrections and pairwise friction are truncations of this problem. Here it is
-solved as it stands, for a few spheres, to say how far the truncations are off. Every sphere carries
+solved in full for a few spheres, to measure the errors of the truncations. Every sphere carries
 Lamb's exterior solutions u_k up to degree L about its centre (:mod:`nrchain.hydrodynamics.lamb`).
-Their sum obeys Stokes' equations and decays; the boundary condition is met by least squares over
-quadrature points on all surfaces (multipole collocation),
+Their sum obeys Stokes' equations and decays. A least-squares fit over quadrature points on all
+surfaces meets the boundary condition (multipole collocation),
 
     Σ_i ∮_i |Σ_jk c_jk u_k(x − r_j) − v_i − ω_i × (x − r_i) − v_slip|² dS  →  min.
 
-Six flows a sphere carry its force and torque. Their coefficients are unknown when the velocities
-are given (resistance problem); they are given with the wrenches, and the velocities take their
-place among the unknowns, in the mobility problem.
+Six flows of each sphere carry its force and torque. In the resistance problem the velocities are
+given, and the coefficients of these flows are unknown. In the mobility problem the wrenches give
+the coefficients, and the velocities are unknown.
 
-The error falls as e^{−2αL} with cosh α = r/2a, r the distance of the closest pair: geometrically,
-and slowly where a film is to be resolved by singularities at the centres. Relative error of the
-velocities of two spheres with slip in all modes:
+The error falls as e^{−2αL} with cosh α = r/2a, r the distance of the closest pair. Convergence is
+slow for thin films between spheres. Relative error of the velocities of two spheres with slip in
+all modes:
 
     r/a     2.01    2.02    2.05    2.1     2.2     2.5     3       4       6
     L = 6   0.3     0.2     0.2     0.1     4e-2    3e-3    8e-5    1e-6    8e-9
     L = 10  0.1     0.1     6e-2    2e-2    3e-3    2e-5    6e-8    5e-11   1e-14
     L = 20  4e-2    2e-2    3e-3    2e-4    2e-6    4e-11   1e-15
 
-and that of spheres pressed together below r = 2.05a is of order one at L = 10: lubrication is out
-of reach. :meth:`ResolvedFlow.residual` and :func:`order_change` tell for the case at hand.
+The error for spheres pressed together below r = 2.05a is of order one at L = 10: lubrication is not
+resolved. :meth:`ResolvedFlow.residual` and :func:`order_change` measure the error of a given case.
 
 Sources: P. Ganatos, R. Pfeffer and S. Weinbaum, J. Fluid Mech. 84, 79 (1978), for multipole
 collocation; Å. Björck, Linear Algebra Appl. 88/89, 31 (1987), for the least squares.
@@ -50,11 +50,11 @@ Pair: TypeAlias = tuple[np.ndarray, np.ndarray]
 
 
 class ResolvedSpheres:
-    """Spheres at given places, ready to be solved for any slip, wrenches or velocities.
+    """The Stokes problem of spheres at fixed positions, for any slip, wrenches or velocities.
 
-    The normal equations are factorised once for each of the two problems, at its first use, and
-    then serve any number of right-hand sides. Time grows as N³L⁶ and memory as N²L⁴: at L = 12 some
-    0.1 s for 2 spheres, 3 s and 0.6 GB for 8.
+    Each of the two problems factorises its normal equations at first use, for any number of
+    right-hand sides. Time grows as N³L⁶ and memory as N²L⁴: at L = 12, 0.1 s for 2 spheres, 3 s and
+    0.6 GB for 8.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class ResolvedSpheres:
     radius, viscosity
         a and η.
     order
-        Highest degree L of the exterior solutions; every sphere has 3L(L + 2) of them.
+        Highest degree L of the exterior solutions: 3L(L + 2) for each sphere.
 
     Raises
     ------
@@ -96,10 +96,10 @@ class ResolvedSpheres:
     def mobility_problem(
         self, frames: np.ndarray | None, slip: SlipLike, *, wrenches: Pair | None = None
     ) -> ResolvedFlow:
-        """Velocities and flow at given forces and torques on the spheres, none by default.
+        """Velocities and flow for given forces and torques on the spheres; zero by default.
 
-        ``frames`` (N, 3, 3), with e_{k+1} in row k, orient the slip modes; a slip given as a
-        function of the normal needs none.
+        ``frames`` (N, 3, 3), with e_{k+1} in row k, orient the slip modes. A slip given as a
+        function of the normal needs no frames.
         """
         surface = surface_slip(slip, frames, len(self.positions))
         wrench = self._rows("wrenches", wrenches) / self._wrench_units
@@ -111,7 +111,7 @@ class ResolvedSpheres:
     def resistance_problem(
         self, twists: Pair, frames: np.ndarray | None = None, slip: SlipLike | None = None
     ) -> ResolvedFlow:
-        """Forces and torques on the spheres that keep up given velocities, and the flow."""
+        """Forces and torques on the spheres for given velocities, and the flow."""
         surface = surface_slip({} if slip is None else slip, frames, len(self.positions))
         twist = self._rows("twists", twists) / self._twist_units
         target = self._on_surfaces(surface) + twist.ravel() @ self._columns[: twist.size]
@@ -122,8 +122,8 @@ class ResolvedSpheres:
     def resistance(self) -> np.ndarray:
         """R in (F, T)_i = Σ_j R_ij (v, ω)_j, rigid spheres: (N, 6, N, 6).
 
-        The forces and torques are those that drive the spheres. Symmetric by the reciprocal theorem
-        and positive definite up to the error of the solution; nothing enforces it.
+        Forces and torques are those that drive the spheres. R is symmetric by the reciprocal
+        theorem and positive definite, up to the error of the solution.
         """
         count = len(self.positions)
         solution = self._resistance_fit.solve(self._columns[: 6 * count].T)
@@ -132,11 +132,11 @@ class ResolvedSpheres:
 
     @cached_property
     def _columns(self) -> np.ndarray:
-        """Rigid motions, flows without wrench, flows of unit wrench, one a row, on all surfaces.
+        """Rows: rigid motions, flows without wrench, flows of unit wrench, on all surfaces.
 
-        (6N + 3L(L + 2)N, 3PN), weighted so that a sum of squares is an integral. The unknowns of
-        the mobility problem are all rows but the last 6N, those of the resistance problem all but
-        the first 6N.
+        (6N + 3L(L + 2)N, 3PN), weighted so that a sum of squares is an integral. The mobility
+        problem has all rows but the last 6N as unknowns, the resistance problem all but the first
+        6N.
         """
         centres = self.positions / self.radius
         count, points = len(centres), len(self._normals)
@@ -192,7 +192,7 @@ class ResolvedSpheres:
 
 @dataclass(frozen=True)
 class ResolvedFlow:
-    """A solved flow: how the spheres move, what drives them, and the fluid's velocity anywhere.
+    """A solved flow: twists and wrenches of the spheres, and the velocity of the fluid.
 
     ``velocities``, ``angular_velocities``, ``forces`` and ``torques`` (on the spheres, from
     outside) are (N, 3); ``coefficients`` (N, 3L(L + 2)) belong to :func:`lamb.exterior_flows` in
@@ -218,7 +218,7 @@ class ResolvedFlow:
         return total
 
     def residual(self) -> float:
-        """max |u − v_i − ω_i × ρ − v_slip| over surface points that took no part in the fit."""
+        """max |u − v_i − ω_i × ρ − v_slip| over surface points that are not part of the fit."""
         normals = lamb.sphere_grid(self.order + 4)[0][:, [1, 2, 0]]
         worst = 0.0
         for i, (centre, v, w) in enumerate(
@@ -265,10 +265,10 @@ def order_change(
 ) -> float:
     """max |Δv|, a|Δω| from order L − 2 to L: the error of the lower one, as convergence is fast.
 
-    Where it falls by the factor q per two orders, the error at L is about q/(1 − q) times this.
+    If it falls by a factor q every two orders, the error at L is about q/(1 − q) times this.
     """
     if order < 3:
-        raise SceneError("order", order, "must be at least 3 to be compared with order − 2")
+        raise SceneError("order", order, "must be at least 3, to compare with order − 2")
     (v, w), (v_low, w_low) = (
         resolved_twists(
             positions,
@@ -288,8 +288,9 @@ def order_change(
 class _LeastSquares:
     """min |xᵀA − b| for A (n, K) of full row rank, by corrected semi-normal equations (Björck).
 
-    One step of refinement makes up for squaring the condition number, which is 5 for spheres 4a
-    apart, 15 at 2.5a and 400 at 2.02a with L = 12; the columns' scales do not matter to Cholesky.
+    One step of refinement compensates for squaring the condition number, which is 5 for spheres 4a
+    apart, 15 at 2.5a and 400 at 2.02a with L = 12. Cholesky does not depend on the scales of
+    columns.
     """
 
     def __init__(self, rows: np.ndarray) -> None:

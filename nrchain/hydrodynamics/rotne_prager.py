@@ -24,7 +24,7 @@ from nrchain._compile import kernel
 
 @kernel
 def coefficients(s, rho):
-    """A, B, C, D, E at ρ = 1/s. Both columns are evaluated, so that loops stay free of branches."""
+    """A, B, C, D, E at ρ = 1/s. Both columns are evaluated, which keeps loops free of branches."""
     s2, rho2 = s * s, rho * rho
     s3, rho3 = s2 * s, rho2 * rho
     apart = rho > 2.0

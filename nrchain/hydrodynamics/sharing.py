@@ -1,9 +1,9 @@
-"""Sums shared between threads where that is safe, here and now, and done by one thread elsewhere.
+"""Run a sum on several threads where that is safe, and on one thread elsewhere.
 
-Numba's threads are of one of several layers. OpenMP, the usual one on Linux, ends a process that
-was forked from one in which it was used: a worker of a pool dies of it, and the pool waits for
-ever. The work queue, the last resort, ends a process that enters it from two threads at once. Each
-row of a sum is written by one iteration alone: one thread gives the same bits as many.
+Numba has several threading layers. OpenMP, the usual one on Linux, kills a process that was forked
+from one in which it ran: the worker of a pool dies, and the pool waits for ever. The work queue,
+the last resort, kills a process that enters it from two threads at once. One iteration writes each
+row of a sum, so that one thread gives the same bits as many.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 import numba
 
 ANY_THREAD = ("omp", "tbb")
-"""Layers that may be entered from several threads at once."""
+"""Layers that several threads may enter at once."""
 
 _turn = threading.Lock()
 _forked = False

@@ -1,4 +1,4 @@
-"""V and e of one mode, as a user states them."""
+"""V and e of one slip mode, as a scene states them."""
 
 from __future__ import annotations
 
@@ -8,18 +8,21 @@ from typing import Annotated
 from nrchain.inputs.rules import Section, direction, number, one_or_each
 
 E1 = (1.0, 0.0, 0.0)
-"""The body axis of a mode unless another is named."""
+"""The default body axis of a mode."""
 
 STRENGTH = one_or_each(number())
-"""The rule of a strength: one number, or one for each sphere."""
+"""The rule for a strength: one number, or one for each sphere."""
 
 
 @dataclass(frozen=True, slots=True)
 class Slip(Section):
-    """V and e: the strength of one mode, one number or one a sphere, and its body axis.
+    """V and e: the strength of one mode, a number or one for each sphere, and its body axis.
 
-    The axis has components along e_1, e_2 and e_3 of each sphere, is not zero, and is kept as
-    given: whoever uses it takes its direction.
+    The axis has components along e_1, e_2 and e_3 of each sphere and is not zero. Its length has no
+    effect.
+
+    >>> Slip(500.0).axis
+    (1.0, 0.0, 0.0)
     """
 
     strength: Annotated[float | tuple[float, ...], STRENGTH]

@@ -41,12 +41,12 @@ _LABEL = re.compile(r"[0-9][0-9A-Za-z_]*")
 
 @dataclass(frozen=True)
 class SlipMode:
-    """One mode of slip: its label, its symmetry and the flow it induces.
+    """u/V = Σ (a/r)^k P(c) b: one mode of slip, with its label and its symmetry.
 
     Parameters
     ----------
     label
-        What scenes call it, such as ``"2s"``: the order l of the tensorial harmonic, and its part
+        Its name in scenes, such as ``"2s"``: the order l of the tensorial harmonic, and its part
         s (symmetric), a (antisymmetric) or t (trace).
     name
         Its spoken name.
@@ -55,7 +55,18 @@ class SlipMode:
     polar, chiral
         Whether the mode changes sign with e, and with a mirror.
     velocity
-        The flow over V as ``{(basis, k): coefficients of 1, c, c², …}``.
+        The flow over V as ``{(basis, k): coefficients of 1, c, c², …}``, with ``basis`` one of
+        ``"n"``, ``"e"`` and ``"x"`` (e × n).
+
+    Raises
+    ------
+    SceneError
+        For a flow with divergence or net flux, one that is no Stokes flow, and one without the
+        symmetry stated.
+
+    >>> stresslet = SlipMode("2s", "stresslet", 2, False, False, {("n", 2): ("-7/6", 0, "7/2")})
+    >>> stresslet.spin()
+    {('x', 3): (Fraction(0, 1), Fraction(7, 2))}
     """
 
     label: str
@@ -77,7 +88,7 @@ class SlipMode:
         self._check()
 
     def _read(self) -> FlowTable:
-        """The table as given, in rational numbers."""
+        """Return the given table in rational numbers."""
         key, table = f"velocity of mode {self.label}", {}
         try:
             rows = list(self.velocity.items())
@@ -96,7 +107,7 @@ class SlipMode:
         return table
 
     def _check(self) -> None:
-        """Refuse what is not a Stokes flow of the symmetry stated, before it enters any kernel."""
+        """Refuse a table that is not a Stokes flow of the symmetry stated."""
         key = f"velocity of mode {self.label}"
         flow = self._table
         if not flow:
@@ -106,9 +117,9 @@ class SlipMode:
         if curl(laplacian(flow)):
             raise SceneError(key, self.velocity, "must be a Stokes flow: curl ∇²u = 0")
         if flux(flow):
-            raise SceneError(key, self.velocity, "must carry no fluid away: ∫ u·n dΩ = 0")
+            raise SceneError(key, self.velocity, "must have no net flux: ∫ u·n dΩ = 0")
         for (basis, _), p in flow.items():
-            # e → −e turns c to −c, and e and e × n around
+            # e → −e changes the sign of c, of e and of e × n
             odd = {(m % 2 == 1) != (basis != "n") for m, q in enumerate(p) if q}
             if odd != {self.polar}:
                 allowed = "must be odd in e for a polar mode and even for an apolar one"
@@ -124,14 +135,14 @@ class SlipMode:
     def flow(self, finite_size: bool = False) -> FlowTable:
         """u/V as a table; with ``finite_size``, (1 + a²∇²/6)(1 + a²∇²/(4l + 2)) u/V.
 
-        The first factor is Faxén's for the sphere that feels the flow, the second that of the
-        sphere whose slip sets it up (Table active_force_torque of the paper).
+        The first factor is Faxén's, for the sphere that feels the flow; the second is that of the
+        acting sphere (Table active_force_torque of the paper).
         """
         return dict(self._flows[finite_size])
 
     @cached_property
     def _flows(self) -> tuple[FlowTable, FlowTable]:
-        """The flow, and that with finite size: rational arithmetic is slow, and asked for often."""
+        """The flow without and with finite size, kept because rational arithmetic is slow."""
         plain = table = self._table
         for denominator in (6, 4 * self.order + 2):
             table = add(table, scale(laplacian(table), Fraction(1, denominator)))
@@ -140,7 +151,7 @@ class SlipMode:
     def spin(self, finite_size: bool = False) -> FlowTable:
         """a w/V = (a/2V) curl u as a table: the angular velocity of a sphere in the flow.
 
-        The finite-size factors leave it as it is for a biharmonic flow, whose curl is harmonic.
+        Finite size does not change it: the curl of a biharmonic flow is harmonic.
         """
         return dict(self._spins[finite_size])
 
@@ -151,7 +162,7 @@ class SlipMode:
 
 
 def _polynomial(key: str, row: Any) -> Polynomial:
-    """The coefficients of a row, if floats hold what is made of them."""
+    """Read the coefficients of a row, of a size that floats can hold."""
     try:
         p = tuple(Fraction(q) for q in row)
     except (TypeError, ValueError, ArithmeticError):
@@ -162,5 +173,5 @@ def _polynomial(key: str, row: Any) -> Polynomial:
 
 
 def is_label(text: object) -> bool:
-    """Whether a text may be the label of a mode, known or not."""
+    """Whether a text has the form of a mode label."""
     return _LABEL.fullmatch(str(text)) is not None

@@ -18,35 +18,35 @@ _MODES: dict[str, SlipMode] = {}
 
 
 def register(mode: SlipMode) -> SlipMode:
-    """Make a mode known to scenes, kernels and the registry-driven tests, and return it.
+    """Add a mode to those that scenes can name, and return it.
 
-    A trajectory file names its modes, it does not hold their tables: register a mode again before
-    opening or resuming a run of it. Raises :class:`~nrchain.errors.SceneError` when the label is
-    taken by another mode.
+    A trajectory file stores the labels of its modes, not their tables: register a mode again before
+    you open or resume a run that uses it. Raises :class:`~nrchain.errors.SceneError` if another
+    mode has the label.
     """
     if not isinstance(mode, SlipMode):
         raise SceneError("slip mode", mode, "must be a SlipMode")
     known = _MODES.get(mode.label)
     if known is not None and known != mode:
         raise SceneError(
-            "slip mode label", mode.label, "is taken by another mode; choose a new one"
+            "slip mode label", mode.label, "is taken by another mode; choose a new label"
         )
     _MODES[mode.label] = mode
     return mode
 
 
 def unregister(label: str) -> None:
-    """Forget a mode that was registered; scenes that name it are refused from then on."""
+    """Remove a registered mode: scenes that name it are refused."""
     del _MODES[find(label).label]
 
 
 def modes() -> tuple[SlipMode, ...]:
-    """Every mode known, in the order of registration."""
+    """All registered modes, in the order of registration."""
     return tuple(_MODES.values())
 
 
 def find(label: str) -> SlipMode:
-    """The mode of a label; unknown labels raise with the nearest known one."""
+    """The mode of a label. Raises SceneError with the nearest known label for an unknown one."""
     if isinstance(label, str) and label in _MODES:
         return _MODES[label]
     hint = did_you_mean(label, _MODES)

@@ -25,13 +25,13 @@ SlipLike: TypeAlias = Mapping[str, float | np.ndarray | Slip] | SurfaceSlip
 def slip_velocity(mode: SlipMode, axis: np.ndarray, normals: np.ndarray) -> np.ndarray:
     """v_slip/V = (1 + a²∇²/(4l + 2)) u/V at r = a, with u the pair law of the mode: (P, 3).
 
-    The operator turns the leading singularity into the exact flow about an isolated sphere that no
-    force and no torque acts on; the value of that flow on the surface is its slip. ``axis`` is the
-    unit vector e, ``normals`` are (P, 3).
+    The operator turns the leading singularity into the exact flow about an isolated sphere without
+    force and torque. The value of that flow on the surface is the slip. ``axis`` is the unit
+    vector e, ``normals`` are (P, 3).
 
     This is the slip printed in Table slip of Németh, Kobayashi and Adhikari times 7/5 (2s), 39/4
-    (3a), 9 (3t, with v_r = (2/45) cos θ, for the printed (1/45) cos θ makes the sphere swim) and
-    −5445/2 (4a): strengths V are the paper's strengths, not slip speeds.
+    (3a), 9 (3t, with v_r = (2/45) cos θ; with the printed (1/45) cos θ the sphere would swim) and
+    −5445/2 (4a): V is the strength of the paper, not a slip speed.
     """
     flow = mode.flow()
     cosine = normals @ axis
@@ -45,12 +45,12 @@ def slip_velocity(mode: SlipMode, axis: np.ndarray, normals: np.ndarray) -> np.n
 
 
 def surface_slip(slip: SlipLike, frames: np.ndarray | None, count: int) -> SurfaceSlip:
-    """The slip of ``count`` spheres as a function of sphere and normal.
+    """v_slip(i, n) of ``count`` spheres, as a function of sphere and normal.
 
     Strengths are numbers, (N,) arrays or a :class:`~nrchain.hydrodynamics.slip.Slip` with a body
     axis of its own (default e1); ``frames`` is (N, 3, 3), with e_{k+1} of sphere i in ``frames[i,
-    k]``, and is not needed for a slip that is a function already. Raises SceneError for unknown
-    modes, wrong shapes and numbers that are not finite.
+    k]``, and is not needed if the slip is already a function. Raises SceneError for unknown modes,
+    wrong shapes and numbers that are not finite.
     """
     if callable(slip):
         return slip
