@@ -28,9 +28,7 @@ def given_slips(slip: Any, count: int) -> list[GivenSlip]:
     finite.
     """
     if not isinstance(slip, Mapping):
-        allowed = (
-            "must be a table of mode labels, each with a number, N numbers or a Slip"
-        )
+        allowed = "must be a table of mode labels, each with a number, N numbers or a Slip"
         raise SceneError("slip", slip, allowed)
     found = []
     for label, given in slip.items():
