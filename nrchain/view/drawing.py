@@ -1,8 +1,8 @@
-"""Figures for files, which matplotlib's settings neither break nor are changed by.
+"""Figures for files: independent of matplotlib's settings, and without a change to them.
 
-The settings, ``rcParams``, belong to the process: a figure that changes them for a while changes
-what other threads draw. What a figure needs is therefore named on its parts, and nothing is drawn
-through pyplot or a backend of the screen. Fonts are those of the settings.
+The settings, ``rcParams``, belong to the process: a figure that changes them changes what other
+threads draw. So every part of a figure gets its look by name. Nothing uses pyplot or a backend of
+the screen. Only the fonts are those of the settings.
 """
 
 from __future__ import annotations
@@ -11,14 +11,17 @@ import os
 from pathlib import Path
 from typing import Any
 
-from nrchain.errors import SceneError
+import numpy as np
+
+from nrchain.errors import SceneError, TrajectoryError
 from nrchain.trajectory.file import refusing
+from nrchain.trajectory.trajectory import Trajectory
 
 FORMATS = (".png", ".pdf", ".svg")
 
 INK, PALE, GRID, PAPER = "0.15", "0.4", "0.92", "white"
 TEXT, LABEL, TITLE = 8.5, 9.5, 11.0
-"""Sizes of letters, in points."""
+"""Font sizes, in points."""
 
 LINE: dict[str, Any] = {
     "linestyle": "-",
@@ -29,27 +32,43 @@ LINE: dict[str, Any] = {
     "markeredgecolor": "auto",
     "markeredgewidth": 0.0,
 }
-"""What a line is drawn with unless it says otherwise."""
+"""The default look of a line."""
 
 DOTS_PER_INCH = 200
 
 UNKNOWN = "□"
-"""Stands for a letter that no font has."""
+"""Replaces a letter that no font has."""
 
 
-def picture_path(path: str | Path) -> Path:
-    """The path of a picture; :class:`~nrchain.errors.SceneError` for an ending of none."""
+def check_drawable(trajectory: Trajectory, path: str | Path) -> Path:
+    """The path of a picture of a trajectory, with matplotlib ready to draw it.
+
+    Raises :class:`~nrchain.errors.SceneError` for a path with another ending than :data:`FORMATS`,
+    and :class:`~nrchain.errors.TrajectoryError` for a trajectory without snapshots.
+    """
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
         raise SceneError("picture", str(path), f"must end in one of {', '.join(FORMATS)}")
+    if not len(trajectory.time):
+        raise TrajectoryError("the trajectory has no finished snapshot to draw")
+    require_matplotlib()
     return path
 
 
-def require_matplotlib() -> None:
-    """Import matplotlib, or refuse an MPLBACKEND with which it cannot be imported.
+def pick_evenly(count: int, most: int) -> np.ndarray:
+    """At most ``most`` of the indices 0 … ``count`` − 1, evenly spaced, from the first to the last.
 
-    Its import fails where the variable, as set by a notebook for what it starts, names a backend
-    that is not installed.
+    >>> pick_evenly(10, 4), pick_evenly(3, 4)
+    (array([0, 3, 6, 9]), array([0, 1, 2]))
+    """
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
+
+
+def require_matplotlib() -> None:
+    """Import matplotlib; raise :class:`~nrchain.errors.SceneError` for a bad MPLBACKEND.
+
+    A notebook sets this variable for the programs it starts. The import of matplotlib fails if the
+    variable names an unknown backend.
     """
     try:
         import matplotlib  # noqa: F401
@@ -57,12 +76,12 @@ def require_matplotlib() -> None:
         given = os.environ.get("MPLBACKEND")
         if given is None:
             raise
-        allowed = "is no backend that matplotlib finds here; start Python without this variable"
-        raise SceneError("MPLBACKEND", given, f"{allowed}, or with MPLBACKEND=agg") from error
+        allowed = "is not a backend of matplotlib; unset this variable, or set MPLBACKEND=agg"
+        raise SceneError("MPLBACKEND", given, allowed) from error
 
 
 def new_figure(width: float, height: float, layout: Any = "none") -> Any:
-    """A white figure of so many inches, with the canvas of a file."""
+    """A white figure, with its width and height in inches and the canvas of a file."""
     require_matplotlib()
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -81,7 +100,7 @@ def new_figure(width: float, height: float, layout: Any = "none") -> Any:
 
 
 def style(axes: Any) -> None:
-    """The look of axes: a pale frame and grid, small ticks outside, dark letters."""
+    """Style axes: a pale frame and grid, small ticks outside, dark letters."""
     from matplotlib.ticker import MaxNLocator, NullLocator, ScalarFormatter
 
     axes.set_facecolor(PAPER)
@@ -119,7 +138,7 @@ def style(axes: Any) -> None:
 def _style_grid(axes: Any, axis: Any) -> None:
     look = {"color": GRID, "linewidth": 0.5, "linestyle": "-"}
     if hasattr(axis, "set_pane_color"):
-        # axes in space draw their grid from this table, and ask the settings for it otherwise
+        # three-dimensional axes read the look of their grid here, or else from the settings
         axis._axinfo["grid"].update(look)
         axis._axinfo["tick"]["linewidth"] = {True: 0.6, False: 0.6}
         axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
@@ -130,13 +149,13 @@ def _style_grid(axes: Any, axis: Any) -> None:
 
 
 def write_title(axes: Any, text: str, pad: float = 6.0) -> None:
-    """A title above axes, in the size of labels."""
+    """Write a title above axes, in the size of labels."""
     look = {"fontsize": LABEL, "fontweight": "normal", "color": INK}
     axes.set_title(text, loc="center", pad=pad, y=1.0, **look)
 
 
 def letters(text: str) -> str:
-    """Plain text, with :data:`UNKNOWN` for what the fonts lack: matplotlib would warn of it."""
+    """Text for matplotlib: no mathematics, and :data:`UNKNOWN` for letters that the fonts lack."""
     from matplotlib.font_manager import FontProperties, findfont, get_font
 
     families = FontProperties().get_family()
@@ -145,13 +164,14 @@ def letters(text: str) -> str:
         for family in families
         for code in get_font(findfont(FontProperties(family=[family]))).get_charmap()
     }
-    # a dollar sign would begin mathematics
     shown = "".join(letter if ord(letter) in known else UNKNOWN for letter in text)
     return shown.replace("$", r"\$")
 
 
 def save(figure: Any, path: Path, crop: Any = None) -> None:
-    """Write the figure, or the box of inches ``crop`` of it; ``"tight"``: as much as is drawn.
+    """Write the figure to a file.
+
+    ``crop`` is the box to write, in inches: None for the whole figure, ``"tight"`` for all ink.
 
     Raises :class:`~nrchain.errors.TrajectoryError` where the file cannot be written.
     """
@@ -173,15 +193,15 @@ def save(figure: Any, path: Path, crop: Any = None) -> None:
 
 
 def settle(figure: Any) -> None:
-    """Letters by matplotlib itself, not by TeX, and no sketching, in every part of a figure.
+    """Switch off TeX, sketching and path effects in every part of a figure.
 
-    To be called before anything is measured, and by :func:`save`.
+    Call it before measuring any part; :func:`save` calls it too.
     """
     from matplotlib.text import Text
 
     for axes in figure.axes:
         for name in axes._axis_names:
-            # makes the first tick, from which all others take their look
+            # creates the first tick, from which all others copy their look
             getattr(axes, f"{name}axis").get_ticklabels(which="both")
     for part in figure.findobj():
         part.set(sketch_params=None, path_effects=[])

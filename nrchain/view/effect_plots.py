@@ -1,7 +1,8 @@
-"""A picture of what every effect does: along the chain at the last state, and over time.
+"""Draw the contribution of every effect to the motion: along the chain, and over time.
 
-Sizes span orders of magnitude, and are drawn on a logarithmic scale: |v| and a|ω| of every sphere,
-and √⟨|v|² + a²|ω|²⟩ over the run. What vanishes is not drawn.
+The scale is logarithmic, since sizes span orders of magnitude. Along the chain it shows |v| and
+a|ω| of every sphere at the last state; over time it shows √⟨|v|² + a²|ω|²⟩. Contributions of zero
+are not drawn.
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from nrchain.analysis.decomposition import Decomposition
-from nrchain.errors import TrajectoryError
 from nrchain.trajectory.trajectory import Trajectory
 from nrchain.view.drawing import (
     INK,
@@ -21,10 +21,10 @@ from nrchain.view.drawing import (
     PAPER,
     TEXT,
     TITLE,
+    check_drawable,
     letters,
     new_figure,
-    picture_path,
-    require_matplotlib,
+    pick_evenly,
     save,
     style,
     write_title,
@@ -32,27 +32,25 @@ from nrchain.view.drawing import (
 from nrchain.view.plots import DISCERNIBLE
 
 LEAST = 1e-12
-"""Parts of the largest size that are rounding, and are not drawn."""
+"""Fraction of the largest size below which a size is rounding and is not drawn."""
 
 DASHES = ("-", (0, (4, 1.5)), (0, (1.5, 1)))
-"""Lines in turn, so that of two that coincide both are seen."""
+"""Line styles in turn: two lines that coincide are both seen."""
 
 MOST_TIMES = 200
-"""Snapshots that are taken apart at most."""
+"""Largest number of snapshots that are decomposed."""
 
 
 def draw_effects(trajectory: Trajectory, path: str | Path) -> Path:
     """Draw every effect's twist along the chain at the last state, and its size over time.
 
-    Returns the path, whose ending chooses PNG, PDF or SVG. A file that exists is replaced. Raises
-    :class:`~nrchain.errors.SceneError` for another ending, and
-    :class:`~nrchain.errors.TrajectoryError` if there is nothing to draw.
-    """
-    path = picture_path(path)
-    if not len(trajectory.time):
-        raise TrajectoryError("the trajectory has no finished snapshot to draw")
+    Returns the path, whose ending chooses PNG, PDF or SVG. An existing file is replaced.
 
-    require_matplotlib()
+    Raises :class:`~nrchain.errors.SceneError` for another ending, and
+    :class:`~nrchain.errors.TrajectoryError` for a trajectory without snapshots and for a file that
+    cannot be written.
+    """
+    path = check_drawable(trajectory, path)
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     room = ConstrainedLayoutEngine(h_pad=0.04167, w_pad=0.04167, hspace=0.02, wspace=0.02)
@@ -78,7 +76,7 @@ def draw_effects(trajectory: Trajectory, path: str | Path) -> Path:
 
 
 def _draw_along(panels: Any, trajectory: Trajectory) -> dict[str, Any]:
-    """|v| and a|ω| of every effect at the last snapshot, sphere by sphere; lines by name."""
+    """Draw |v| and a|ω| of every effect at the last snapshot; return the lines by effect."""
     scene = trajectory.scene
     found = Decomposition(scene).at(trajectory.positions[-1], trajectory.frames[-1])
     twists = {name: part.twist for name, part in found.items()} | {"total": found.total.twist}
@@ -93,13 +91,13 @@ def _draw_along(panels: Any, trajectory: Trajectory) -> dict[str, Any]:
     ):
         sizes = {n: factor * np.linalg.norm(t[:, columns], axis=1) for n, t in twists.items()}
         for name, values in _above_rounding(sizes).items():
-            look = _look(name, list(twists)) | {
+            look = _line_style(name, list(twists)) | {
                 "marker": marker,
                 "markersize": 3,
                 "markeredgewidth": 1.0,
             }
             lines[name], *_ = axes.plot(spheres, values, **look)
-        _finish(axes, sizes)
+        _set_scale(axes, sizes)
     panels[1].xaxis.get_major_locator().set_params(integer=True)
     panels[0].tick_params(labelbottom=False)
     panels[0].set(ylabel="$|v|$")
@@ -109,8 +107,8 @@ def _draw_along(panels: Any, trajectory: Trajectory) -> dict[str, Any]:
 
 
 def _draw_over_time(axes: Any, trajectory: Trajectory) -> None:
-    count = len(trajectory.time)
-    chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_TIMES)).round().astype(int))
+    """Draw √⟨|v|² + a²|ω|²⟩ of every effect against t."""
+    chosen = pick_evenly(len(trajectory.time), MOST_TIMES)
     shown = Trajectory(
         trajectory.time[chosen],
         trajectory.positions[chosen],
@@ -121,14 +119,14 @@ def _draw_over_time(axes: Any, trajectory: Trajectory) -> None:
     style(axes)
     marker = {"marker": "." if len(chosen) < 3 else "", "markersize": 6, "markeredgewidth": 1.0}
     for name, values in _above_rounding(sizes).items():
-        axes.plot(shown.time, values, **_look(name, list(sizes)) | marker)
-    _finish(axes, sizes)
+        axes.plot(shown.time, values, **_line_style(name, list(sizes)) | marker)
+    _set_scale(axes, sizes)
     axes.set(xlabel="$t$", ylabel=r"$\langle |v|^2 + a^2 |\omega|^2 \rangle^{1/2}$")
     write_title(axes, "over time")
 
 
 def _above_rounding(sizes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """The sizes that are drawn, NaN where they vanish."""
+    """The sizes above rounding, NaN elsewhere, of the effects that have any."""
     largest = max((float(values.max()) for values in sizes.values()), default=0.0)
     shown = {}
     for name, values in sizes.items():
@@ -138,7 +136,8 @@ def _above_rounding(sizes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     return shown
 
 
-def _look(name: str, names: list[str]) -> dict[str, Any]:
+def _line_style(name: str, names: list[str]) -> dict[str, Any]:
+    """The colour and dashes of an effect: the same in every panel."""
     from matplotlib import colormaps
 
     if name == "total":
@@ -152,8 +151,8 @@ def _look(name: str, names: list[str]) -> dict[str, Any]:
     }
 
 
-def _finish(axes: Any, sizes: dict[str, np.ndarray]) -> None:
-    """A logarithmic scale where there is something to draw, and some air about it."""
+def _set_scale(axes: Any, sizes: dict[str, np.ndarray]) -> None:
+    """Set a logarithmic scale, or say that nothing moves."""
     axes.margins(0.05)
     if _above_rounding(sizes):
         axes.set_yscale("log")

@@ -155,7 +155,7 @@ except nrchain.SceneError as error:
 
 def test_from_python_a_backend_that_is_none_is_named_with_what_helps(tmp_path):
     told = program("-c", LIBRARY, backend="nonsense", folder=tmp_path).stdout
-    assert told.startswith("MPLBACKEND = 'nonsense': is no backend that matplotlib finds here")
+    assert told.startswith("MPLBACKEND = 'nonsense': is not a backend of matplotlib")
     assert not (tmp_path / "chain.png").exists()
     # what the message offers
     assert "MPLBACKEND=agg" in told

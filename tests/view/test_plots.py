@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.scene.scene import load_scene, slip_text
 from nrchain.trajectory.trajectory import Trajectory
-from nrchain.view.plots import DISCERNIBLE, SLENDER, draw_chain
+from nrchain.view.panels import SLENDER
+from nrchain.view.plots import DISCERNIBLE, draw_chain
 
 
 def trajectory_of(positions, status="completed", **changes):
