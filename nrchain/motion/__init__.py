@@ -1,1 +1,1 @@
-"""From poses to motion: the model of a scene, charts, and the integrators."""
+"""From poses to motion: the model of a scene, coordinates (charts) and integrators."""

@@ -1,4 +1,4 @@
-"""Forces and torques from arrays, for scripts: pair laws and elastic chain by themselves."""
+"""F, T and V from plain arrays: the pair laws and the elastic chain, for scripts."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def active_wrenches(
     finite_size: bool = False,
     backend: Literal["native", "pystokes"] = "native",
 ) -> tuple[np.ndarray, np.ndarray]:
-    """F_i = γ_T Σ_j u(r_i − r_j, e_j) and T_i = γ_R Σ_j w(r_i − r_j, e_j): what slip exerts.
+    """F_i = γ_T Σ_j u(r_i − r_j, e_j) and T_i = γ_R Σ_j w(r_i − r_j, e_j), due to slip.
 
     Parameters
     ----------
@@ -43,13 +43,13 @@ def active_wrenches(
         :class:`~nrchain.hydrodynamics.slip.Slip`, or its table, with a body axis of its own
         (default e1).
     neighbours
-        Spheres up to this many places along the chain act on each other; ``"all"``: every pair.
+        Neighbours on either side that act on a sphere; ``"all"``: every pair.
     radius, viscosity
         a and η, in γ_T = 6πηa and γ_R = 8πηa³.
     finite_size
         Keep the (a/r)² correction of the 2s velocity, (1 + a²∇²/6)(1 + a²∇²/10).
     backend
-        ``"native"``: compiled closed forms; ``"pystokes"``: the same through PyStokes.
+        ``"native"``: compiled closed forms; ``"pystokes"``: the same by PyStokes.
 
     Returns
     -------
@@ -59,12 +59,19 @@ def active_wrenches(
     Raises
     ------
     SceneError
-        For input of the wrong shape, non-finite numbers, unknown modes and coincident spheres, and
-        where what is computed leaves the range of floats.
+        For input of the wrong shape, numbers that are not finite, unknown modes, coincident
+        spheres, and results beyond the range of floats.
     BackendError
         When PyStokes is missing, of an unknown release, or fails its self-check.
 
     Paper: Eqs. (2s_force) to (4a_torque), with the 4a torque as half the curl of its force law.
+
+    >>> import numpy as np
+    >>> positions, frames = np.array([[0.0, 0, 0], [4.0, 0, 0]]), np.tile(np.eye(3), (2, 1, 1))
+    >>> forces, torques = active_wrenches(positions, frames, {"2s": 1.0})
+    >>> forces.round(3)
+    array([[-2.749,  0.   ,  0.   ],
+           [ 2.749,  0.   ,  0.   ]])
     """
     r, e = _poses(positions, frames)
     a = number(above=0)("radius", radius)
@@ -89,9 +96,9 @@ def active_wrenches(
 
 
 def _in_range(name: str, computed: np.ndarray) -> np.ndarray:
-    """What was computed, unless numbers left the range of floats on the way."""
+    """The computed numbers; SceneError if they left the range of floats."""
     if not np.isfinite(computed).all():
-        allowed = "with these numbers they leave the range of floating point; choose units nearer 1"
+        allowed = "leave the range of floating point; choose units that give numbers nearer 1"
         raise SceneError(name, "NaN or inf", allowed)
     return computed
 
@@ -101,9 +108,7 @@ def _refuse_coincident(positions: np.ndarray, reach: int) -> None:
         apart = np.any(positions[places:] != positions[:-places], axis=1)
         if not apart.all():
             i = int(np.argmin(apart))
-            raise SceneError(
-                "positions", f"spheres {i} and {i + places}", "two spheres are at one place"
-            )
+            raise SceneError("positions", f"spheres {i} and {i + places}", "must not coincide")
 
 
 def _native(
@@ -193,28 +198,26 @@ def elastic_wrenches(
     spacing
         Rest distance d.
     stretch, shear, twist, bend
-        The moduli λ∥, λ⊥, μ∥ and μ⊥; zero leaves a term out.
+        The moduli λ∥, λ⊥, μ∥ and μ⊥; a zero modulus leaves its term out.
     ends
-        ``"periodic"`` closes the chain along x with period N d; ``"free"`` and ``"clamped"``
-        chains have the same forces (a clamp holds poses, it does not change the energy).
-        Positions of a periodic chain may be wrapped: each link takes the image that is nearest to
-        its rest length along x (:func:`nrchain.scene.unwrapping.unwrapped`).
+        ``"periodic"`` closes the chain along x with period N d. ``"free"`` and ``"clamped"`` chains
+        have the same energy. Positions of a periodic chain may be wrapped: each link takes the
+        image nearest to its rest length along x (:func:`nrchain.scene.unwrapping.unwrapped`).
     measure
-        Of twist and bend: the paper's, or the transversely isotropic one with the same linear
-        response (see :mod:`nrchain.potential.chain`).
+        Measure of twist and bend: the paper's, or the transversely isotropic one with the same
+        linear response (see :mod:`nrchain.potential.chain`).
 
     Returns
     -------
     forces, torques
-        (N, 3) each, lab frame. On an open chain both sum to nothing, torques about the origin
-        included.
+        (N, 3) each, lab frame. On an open chain the forces and the torques about the origin sum
+        to zero.
 
     Raises
     ------
     SceneError
         For input of the wrong shape, numbers that are not finite or out of bounds, wrapped
-        positions of which the image is not clear, and where what is computed leaves the range of
-        floats.
+        positions with an ambiguous image, and results beyond the range of floats.
     """
     r, e, elasticity = _read_chain(
         positions, frames, spacing, stretch, shear, twist, bend, ends, measure
