@@ -14,3 +14,24 @@ settings.load_profile("nrchain")
 def _strict_arithmetic():
     with np.errstate(divide="raise", over="raise", invalid="raise"):
         yield
+
+
+@pytest.fixture
+def spring():
+    """The effect of a user, registered while the test runs."""
+    from support.spring import Spring
+
+    import nrchain
+
+    nrchain.register_effect(Spring)
+    yield Spring
+    nrchain.unregister_effect(Spring)
+
+
+@pytest.fixture
+def configuration(request):
+    """One of ``support.configurations``; an effect of a user is registered while the test runs."""
+    effect = request.param.effect
+    if effect is not None and effect.name == "spring":
+        request.getfixturevalue("spring")
+    return request.param

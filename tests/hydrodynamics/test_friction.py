@@ -11,7 +11,6 @@ from support.pair_reference import assert_close, crooked_chain, mobility, pair_m
 from support.poses import dense
 from support.side_by_side import reads_of_the_loop
 
-from nrchain.hydrodynamics import pystokes_backend
 from nrchain.hydrodynamics.friction import PairFriction
 
 
@@ -57,18 +56,6 @@ def test_the_matrix_is_the_closed_form_symmetric_and_positive(seed, count, sprea
     np.testing.assert_allclose(scaled, expected, rtol=0, atol=1e-13)
     np.testing.assert_allclose(scaled, scaled.T, rtol=0, atol=1e-14)
     assert np.linalg.eigvalsh(scaled).min() > 0
-
-
-@pytest.mark.parametrize("radius", [0.3, 1.0, 2.7])
-@pytest.mark.parametrize("neighbours", [1, 3, "all"])
-def test_native_and_pystokes_agree(neighbours, radius):
-    rng = np.random.default_rng(1)
-    positions, wrenches = crooked_chain(rng, 12, radius)[0], rng.normal(size=(12, 6))
-    reach = 11 if neighbours == "all" else neighbours
-    native = apply(PairFriction(12, reach, radius, 0.7), positions, wrenches)
-    other = pystokes_backend.mobility(positions, wrenches, neighbours, radius, 0.7)
-    assert_close(native[:, :3], other[:, :3], 1e-11)
-    assert_close(native[:, 3:], other[:, 3:], 1e-11)
 
 
 def test_touching_spheres():

@@ -19,11 +19,11 @@ from support.pair_reference import (
     stresslet_of_finite_spheres,
     sum_law,
 )
-from support.poses import dense, pose_derivative
+from support.poses import pose_derivative
 from support.side_by_side import reads_of_the_loop
 
 from nrchain import slip_modes
-from nrchain.hydrodynamics import pair_law, pairs, pystokes_backend
+from nrchain.hydrodynamics import pair_law, pairs
 from nrchain.hydrodynamics.pairs import SlipFlow
 from nrchain.hydrodynamics.slip_mode import SlipMode
 
@@ -99,29 +99,6 @@ def test_finite_size_is_that_of_the_stresslet():
 
 
 @pytest.mark.parametrize("finite_size", [False, True])
-@pytest.mark.parametrize("neighbours", [1, 3, "all"])
-@pytest.mark.parametrize("label", LABELS)
-def test_native_and_pystokes_agree(label, neighbours, finite_size):
-    radius = 1.4
-    positions, frames = crooked_chain(np.random.default_rng(4), 12, radius)
-    reach = 11 if neighbours == "all" else neighbours
-    flow, strengths = make_flow([label], 12, reach=reach, radius=radius, finite_size=finite_size)
-    velocities, spins = pystokes_backend.twists(
-        positions,
-        [frames[:, 0]],
-        strengths,
-        neighbours=neighbours,
-        radius=radius,
-        viscosity=0.7,
-        finite_size=finite_size,
-        labels=[label],
-    )
-    twists = evaluate(flow, positions, frames)
-    assert_close(twists[:, :3], velocities, 1e-11)
-    assert_close(twists[:, 3:], spins, 1e-11)
-
-
-@pytest.mark.parametrize("finite_size", [False, True])
 @pytest.mark.parametrize("label", LABELS)
 def test_spin_is_half_the_curl_of_the_flow(label, finite_size):
     positions, frames = crooked_chain(np.random.default_rng(5), 3, 1.0)
@@ -163,24 +140,6 @@ def test_a_registered_mode_is_compiled_like_any_other(monkeypatch):
     assert_close(evaluate(flow, positions, frames), expected)
 
 
-@pytest.mark.parametrize(("reach", "period"), [(2, 0.0), (2, 22.0), (8, 22.0)])
-def test_blocks_and_products_are_derivatives(reach, period):
-    """At reach 8 a chain of seven meets images of itself, which move with it."""
-    count = 7
-    positions, frames = crooked_chain(np.random.default_rng(8), count, 0.9)
-    bodies = [E1, (0.0, 1.0, 0.0), E1, (1.0, 1.0, 1.0)]
-    flow, _ = make_flow(LABELS, count, reach=reach, radius=0.9, axes=bodies, period=period)
-    expected = pose_derivative(lambda r, e: evaluate(flow, r, e), positions, frames)
-
-    blocks = np.zeros((count, 2 * reach + 1, 6, 6))
-    flow.add_jacobian(positions, frames, blocks)
-    assert_close(dense(blocks, period > 0), expected, 1e-8)
-
-    poses = np.random.default_rng(9).normal(size=(count, 6))
-    change = product(flow, positions, frames, poses)
-    assert_close(change, np.einsum("ipjq,jq->ip", expected, poses), 1e-8)
-
-
 def test_all_images_of_a_periodic_chain():
     """Against plain sums over many neighbours, whose remainder falls as their number squared."""
     count, period = 4, 14.5
@@ -198,18 +157,6 @@ def test_all_images_of_a_periodic_chain():
     assert errors[1] < 1e-6 * np.abs(whole).max()
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.01)
     assert np.abs((4 * plain[1] - plain[0]) / 3 - whole).max() < 0.01 * errors[1]
-
-
-def test_product_with_all_images_is_the_derivative():
-    positions, frames = crooked_chain(np.random.default_rng(12), 4, 1.0)
-    strengths = [np.linspace(1, 2, 4)] * len(LABELS)
-    flow = SlipFlow(
-        LABELS, strengths, [E1] * len(LABELS), count=4, reach=None, radius=1.0, period=14.5
-    )
-    expected = pose_derivative(lambda r, e: evaluate(flow, r, e), positions, frames)
-    poses = np.random.default_rng(9).normal(size=(4, 6))
-    change = product(flow, positions, frames, poses)
-    assert_close(change, np.einsum("ipjq,jq->ip", expected, poses), 1e-8)
 
 
 @pytest.mark.parametrize("reach", [1, 4, 9])

@@ -3,15 +3,14 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.poses import dense, pose_derivative, random_chain
+from support.configurations import ENDS, MODULI, each
+from support.poses import random_chain
 
 import nrchain
 from nrchain.motion.charts import ChartedChain
 from nrchain.motion.model import Model
 
-MODULI = {"stretch": 3.0, "shear": 5.0, "twist": 7.0, "bend": 11.0}
 MODES = {"2s": 3.0, "3a": 2.0, "3t": -4.0, "4a": {"strength": 5.0, "axis": [0.0, 1.0, 1.0]}}
-ENDS = ["free", "clamped", "periodic"]
 
 
 def scene(
@@ -45,19 +44,9 @@ def rates(chain, time, y):
     return out
 
 
-ONE_BODY, TWO_PLACES = {"kind": "one-body"}, {"kind": "pairwise", "neighbours": 2}
-CASES = [(ends, label, 1, ONE_BODY) for ends in ENDS for label in MODES]
-CASES += [(ends, "all modes", reach, ONE_BODY) for ends in ENDS for reach in (1, 3, 12)]
-CASES += [(ends, "all modes", reach, TWO_PLACES) for ends in ENDS for reach in (1, 12)]
-CASES += [(ends, "all modes", "all", {"kind": "pairwise"}) for ends in ENDS]
-CASES += [("periodic", "all modes", "all", ONE_BODY)]
-CASES += [("free", "no modes", 1, {"kind": "pairwise"})]
-
-
-@pytest.mark.parametrize(("ends", "label", "reach", "friction"), CASES)
-def test_jacobian_against_differences(ends, label, reach, friction):
-    slip = MODES if label == "all modes" else {m: v for m, v in MODES.items() if m == label}
-    chain, y = charted(scene(ends, slip=slip, neighbours=reach, friction=friction))
+@each(lambda c: c.effect is None and c.radius == 1.0)
+def test_jacobian_against_differences(configuration):
+    chain, y = charted(configuration.scene())
     chain.linearise(0.6, y)
     step = 1e-5
     numeric = np.stack(
@@ -68,19 +57,6 @@ def test_jacobian_against_differences(ends, label, reach, friction):
         axis=1,
     )
     assert chain.jacobian() == pytest.approx(numeric, abs=1e-8 * np.abs(numeric).max())
-
-
-@pytest.mark.parametrize("ends", ENDS)
-def test_model_blocks_are_the_derivative_of_the_twists(ends):
-    model = Model(scene(ends, neighbours=2))
-    positions, frames = random_chain(6, spacing=4.0)
-    model.held[:] = False
-    blocks = np.zeros((6, 2 * model.reach + 1, 6, 6))
-    model.linearise(positions, frames, blocks)
-    numeric = pose_derivative(model.twists, positions, frames)
-    assert dense(blocks, ends == "periodic") == pytest.approx(
-        numeric, abs=1e-8 * np.abs(numeric).max()
-    )
 
 
 @pytest.mark.parametrize("ends", ENDS)

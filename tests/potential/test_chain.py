@@ -1,22 +1,23 @@
-"""The elastic chain: gradient, Jacobian, invariances, and the forms as printed."""
+"""The elastic chain: balance, the straight chain, measures of bend, and the forms as printed.
+
+Its gradient, Jacobian and rigid motions are tested in motion/test_model.py.
+"""
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.poses import dense, pose_derivative, random_chain, rigid_motion
+from support.configurations import MODULI
+from support.poses import dense, pose_derivative, random_chain
 
 import nrchain
 from nrchain.errors import SceneError
 from nrchain.potential import chain as cosserat
 from nrchain.potential.chain import TERMS, Elasticity
 
-MODULI = {"stretch": 3.0, "shear": 5.0, "twist": 7.0, "bend": 11.0}
 SPACING = 2.5
 ENDS = ["free", "periodic"]
 MEASURES = ["paper", "isotropic"]
-CASES = [(n, ends, "paper") for n in (2, 3, 4, 5, 9) for ends in ENDS]
-CASES += [(n, ends, "isotropic") for n in (2, 5) for ends in ENDS]
 
 
 def energy(positions, frames, ends="free", **moduli):
@@ -40,22 +41,6 @@ def elasticity(count, ends, measure="paper", **moduli):
     return Elasticity(SPACING, period, values, measure == "isotropic", cosserat.terms_of(values))
 
 
-@pytest.mark.parametrize(("count", "ends", "measure"), CASES)
-def test_wrenches_are_minus_the_gradient_of_the_energy(count, ends, measure):
-    positions, frames = random_chain(count, seed=count)
-    slope = pose_derivative(lambda r, e: energy(r, e, ends, measure=measure), positions, frames)
-    assert wrenches(positions, frames, ends, measure=measure) == pytest.approx(-slope, abs=1e-7)
-
-
-@pytest.mark.parametrize(("count", "ends", "measure"), CASES)
-def test_jacobian_against_differences(count, ends, measure):
-    positions, frames = random_chain(count, seed=count)
-    blocks = np.zeros((count, 7, 6, 6))
-    elasticity(count, ends, measure).add_jacobian(positions, frames, blocks)
-    numeric = pose_derivative(lambda r, e: wrenches(r, e, ends, measure=measure), positions, frames)
-    assert dense(blocks, ends == "periodic") == pytest.approx(numeric, abs=1e-7)
-
-
 @given(st.integers(2, 12), st.integers(0, 10**6), st.sampled_from(MEASURES))
 def test_open_chain_neither_pushes_nor_turns_itself(count, seed, measure):
     positions, frames = random_chain(count, seed=seed)
@@ -64,16 +49,6 @@ def test_open_chain_neither_pushes_nor_turns_itself(count, seed, measure):
     moment = np.cross(positions, wrench[:, :3]) + wrench[:, 3:]
     assert np.abs(wrench[:, :3].sum(axis=0)).max() <= 1e-13 * scale * count
     assert np.abs(moment.sum(axis=0)).max() <= 1e-13 * scale * count * positions[-1, 0]
-
-
-@given(st.integers(2, 12), st.integers(0, 10**6))
-def test_a_rigid_motion_carries_the_wrenches_along(count, seed):
-    positions, frames = random_chain(count, seed=seed)
-    moved_positions, moved_frames, turn = rigid_motion(positions, frames, seed)
-    here, there = wrenches(positions, frames), wrenches(moved_positions, moved_frames)
-    scale = np.abs(here).max()
-    assert there[:, :3] == pytest.approx(here[:, :3] @ turn.T, abs=1e-12 * scale)
-    assert there[:, 3:] == pytest.approx(here[:, 3:] @ turn.T, abs=1e-12 * scale)
 
 
 @pytest.mark.parametrize("ends", ENDS)
