@@ -38,7 +38,7 @@ def test_every_public_name_is_found_after_import_nrchain(name):
     assert name in dir(nrchain)
 
 
-def test_modules_that_the_readme_names_are_public_in_a_fresh_process():
+def test_modules_that_the_docs_name_are_public_in_a_fresh_process():
     names = ["cost", "measure", "rod", "plan", "plots", "rules"]
     assert set(names) <= set(MODULES)
     for first in names:
@@ -46,10 +46,10 @@ def test_modules_that_the_readme_names_are_public_in_a_fresh_process():
         assert re.fullmatch(rf"nrchain\.[a-z.]*\b{first} True\n", told)
 
 
-def test_every_name_of_the_readme_is_found():
-    written = re.findall(
-        r"(?<![\w./-])nrchain((?:\.[A-Za-z_]\w*)+)", (ROOT / "README.md").read_text()
-    )
+def test_every_name_of_the_docs_is_found():
+    pages = [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]
+    text = "\n".join(page.read_text(encoding="utf-8") for page in pages)
+    written = re.findall(r"(?<![\w./-])nrchain((?:\.[A-Za-z_]\w*)+)", text)
     assert len(written) > 20
     for dotted in written:
         thing = nrchain

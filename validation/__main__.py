@@ -83,7 +83,10 @@ def main(
     ),
     show: Annotated[bool, typer.Option("--list", help="List the studies and stop.")] = False,
     readme: Annotated[
-        bool, typer.Option("--readme", help="Write the README's part from the report and stop.")
+        bool,
+        typer.Option(
+            "--readme", help="Write the results of the report into the README and docs, and stop."
+        ),
     ] = False,
 ) -> None:
     """Hold nrchain against derivations, the paper and PyStokes, and write a report."""
@@ -98,7 +101,7 @@ def main(
         from validation.report.readme import update
 
         try:
-            update(Path(__file__).parents[1] / "README.md", output)
+            update(Path(__file__).parents[1], output)
         except ReportError as error:
             _refuse(str(error))
         return

@@ -5,7 +5,7 @@ Compiled kernels, Jacobians, lattice sums and tests are all built from the rows 
 
 Source of the four pair laws: Németh, Kobayashi, Adhikari, Eqs. (2s_force), (3a_force), (3t_force)
 and (4a_force), with n the unit vector from the acting to the feeling sphere. The strengths V are
-the paper's: they differ from slip speeds by the factors noted in the README.
+the paper's: they differ from slip speeds by the factors in docs/scenes.md.
 """
 
 from __future__ import annotations

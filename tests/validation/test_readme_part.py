@@ -1,4 +1,4 @@
-"""The part of the README that is made from a report: its own lines, and no others."""
+"""The results in the README and in docs/validation.md: made from a report, between two marks."""
 
 import json
 from pathlib import Path
@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from validation.report.build import ReportError
-from validation.report.readme import BEGIN, END, FIGURES, update
+from validation.report.readme import BEGIN, DETAILS, END, FIGURES, README, update
 from validation.report.studies import STUDIES
 
-README = Path(__file__).parents[2] / "README.md"
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture
@@ -49,49 +49,65 @@ def write(folder, results):
     (folder / "results.json").write_text(json.dumps(results), encoding="utf-8")
 
 
-def test_what_lies_between_the_marks_is_replaced_and_nothing_else(tmp_path, report):
-    readme = tmp_path / "README.md"
-    readme.write_text(f"above\n{BEGIN}\nstale\n{END}\nbelow\n", encoding="utf-8")
+@pytest.fixture
+def root(tmp_path):
+    """A folder with the two pages."""
+    for page in (README, DETAILS):
+        (tmp_path / page).parent.mkdir(exist_ok=True)
+        (tmp_path / page).write_text(f"above\n{BEGIN}\nstale\n{END}\nbelow\n", encoding="utf-8")
+    return tmp_path
+
+
+def text_of(page):
+    return page.read_text(encoding="utf-8")
+
+
+def test_what_lies_between_the_marks_is_replaced_and_nothing_else(root, report):
     for _ in range(2):  # a second time changes nothing
-        update(readme, report)
-        text = readme.read_text(encoding="utf-8")
-        assert text.startswith(f"above\n{BEGIN}\n")
-        assert text.endswith(f"\n{END}\nbelow\n")
-        assert "stale" not in text
+        update(root, report)
+        for page in (README, DETAILS):
+            text = text_of(root / page)
+            assert text.startswith(f"above\n{BEGIN}\n")
+            assert text.endswith(f"\n{END}\nbelow\n")
+            assert "stale" not in text
+        assert text_of(root / README).count(f"| {STUDIES['cost'].title} | 3 of 3 | 2 s |") == 1
         for line in (
             "| 2s | ln | 4.5 | 4.25 |",
             "| near run against the recipe | 500 ms | 2 s | 4 |",
             "| slow (9 asked for) | 4 | a \\| b |",
-            f"| {STUDIES['cost'].title} | 3 of 3 | 2 s |",
         ):
-            assert text.count(line) == 1
+            assert text_of(root / DETAILS).count(line) == 1
     for study, _, caption in FIGURES:
-        assert f"![{caption}](validation/images/{study}.png)" in text
-        copied = tmp_path / "validation" / "images" / f"{study}.png"
+        assert f"![{caption}](validation/images/{study}.png)" in text_of(root / README)
+        copied = root / "validation" / "images" / f"{study}.png"
         assert copied.read_bytes() == study.encode()
 
 
-def test_what_cannot_be_made_is_refused_and_leaves_the_readme(tmp_path, report):
-    readme = tmp_path / "README.md"
-    readme.write_text("no marks", encoding="utf-8")
-    with pytest.raises(ReportError, match="two lines"):
-        update(readme, report)
-    marked = f"{BEGIN}\n{END}\n"
-    readme.write_text(marked, encoding="utf-8")
+@pytest.mark.parametrize("page", [README, DETAILS])
+def test_a_page_without_marks_is_refused_and_neither_page_changes(page, root, report):
+    (root / page).write_text("no marks", encoding="utf-8")
+    before = [text_of(root / p) for p in (README, DETAILS)]
+    with pytest.raises(ReportError, match=f"{page.name}: must have the two lines"):
+        update(root, report)
+    assert [text_of(root / p) for p in (README, DETAILS)] == before
+
+
+def test_a_report_that_is_not_complete_is_refused_and_leaves_the_pages(root, report):
+    before = text_of(root / README)
     (report / "figures" / "cost.png").unlink()
     with pytest.raises(ReportError, match="no such figure"):
-        update(readme, report)
+        update(root, report)
     results = json.loads((report / "results.json").read_text(encoding="utf-8"))
     results["studies"][0]["quick"] = True
     write(report, results)
     with pytest.raises(ReportError, match="no full run of pair_laws"):
-        update(readme, report)
+        update(root, report)
     with pytest.raises(ReportError, match="not a report"):
-        update(readme, tmp_path)
-    assert readme.read_text(encoding="utf-8") == marked
+        update(root, root)
+    assert text_of(root / README) == before
 
 
 def test_the_readme_shows_every_study():
-    text = README.read_text(encoding="utf-8").partition(BEGIN)[2].partition(END)[0]
+    text = text_of(ROOT / README).partition(BEGIN)[2].partition(END)[0]
     for study in STUDIES.values():
         assert study.title in text

@@ -1,15 +1,15 @@
-"""The part of the README that says what the studies found, made from a report.
+"""The results of the studies in the README and in docs/validation.md, from a report.
 
-What stands between two marks of the README is written anew: a row a study, what all pairs change,
-what runs cost beside their rivals, the bars that are not met, and two figures, whose files are
-copied beside the pictures of the README.
+Each of the two pages has a part between two marks, which is written anew. The README gets one row a
+study and two figures, whose files are copied to ``validation/images``. The page on validation gets
+the effect of all pairs, the speed beside that of other codes, and the targets that are not met.
 """
 
 from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from validation.report.page import number
 from validation.report.studies import STUDIES
 
 BEGIN, END = "<!-- made by python -m validation --readme -->", "<!-- end of what is made -->"
+README, DETAILS = Path("README.md"), Path("docs") / "validation.md"
 IMAGES = Path("validation") / "images"
 
 FIGURES = (
@@ -28,13 +29,13 @@ FIGURES = (
     ),
     ("cost", "Stepping", "Error against wall time of the integrators, scene by scene"),
 )
-"""Study and name of the figures shown, and what they show."""
+"""Study, name and caption of each figure in the README."""
 
-TABLE = "What all pairs change"
+REACH_TABLE = "What all pairs change"
 REACH_COLUMNS = 4
-"""Columns of that table that are shown: the wave, its limit, the sum and the lattice."""
+"""Columns of that table to show: the wave, its limit, the sum and the lattice."""
 
-REVEALING = (
+BENCHMARKS = (
     "all pairs, slip, four modes, one thread",
     "all pairs, slip, 2s alone, one thread",
     "all pairs, friction, one thread",
@@ -44,41 +45,50 @@ REVEALING = (
     "long-range run against nearest neighbours",
     "nrchain run buckling, warm against cold",
 )
-"""Benchmarks that are shown."""
+"""Benchmarks to show."""
+
+Results = dict[str, Any]
 
 
-def update(readme: Path, report: Path) -> None:
-    """Write the made part of ``readme`` from the report in the folder ``report``.
+def update(root: Path, report: Path) -> None:
+    """Write the results of ``report`` into the two pages below the folder ``root``.
 
-    Raises :class:`ReportError`, before anything is written, where there is no report of full runs
-    of all studies, a figure is missing, or the README has not the two marks.
+    Raises :class:`ReportError`, before anything is written, if the report lacks a full run of a
+    study or a figure, or a page lacks its two marks.
     """
-    results = _results(report)
-    text = readme.read_text(encoding="utf-8")
-    before, begin, rest = text.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not (begin and end):
-        raise ReportError(f"{readme}: has not the two lines {BEGIN} and {END}")
+    results = _read(report)
     files = {_file(results, study, name): caption for study, name, caption in FIGURES}
     for file in files:
         if not (report / file).exists():
             raise ReportError(f"{report / file}: no such figure")
-    (readme.parent / IMAGES).mkdir(parents=True, exist_ok=True)
-    for file in files:
-        shutil.copyfile(report / file, readme.parent / IMAGES / Path(file).name)
     pictures = [f"![{caption}]({IMAGES / Path(file).name})" for file, caption in files.items()]
-    made = "\n\n".join(filter(None, [summary(results), *pictures]))
-    readme.write_text(f"{before}{BEGIN}\n\n{made}\n\n{END}{after}", encoding="utf-8")
+    summary = "\n\n".join([_studies(results), *pictures])
+    texts = {
+        path: _replace(path, made)
+        for path, made in ((root / README, summary), (root / DETAILS, _details(results)))
+    }
+    (root / IMAGES).mkdir(parents=True, exist_ok=True)
+    for file in files:
+        shutil.copyfile(report / file, root / IMAGES / Path(file).name)
+    for path, text in texts.items():
+        path.write_text(text, encoding="utf-8")
 
 
-def summary(results: dict[str, Any]) -> str:
-    """The tables, in Markdown."""
-    return "\n\n".join(
-        filter(None, (_studies(results), _reach(results), _costs(results), _shortfalls(results)))
-    )
+def _replace(page: Path, made: str) -> str:
+    """The text of a page with ``made`` between its marks."""
+    before, begin, rest = page.read_text(encoding="utf-8").partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not (begin and end):
+        raise ReportError(f"{page}: must have the two lines {BEGIN} and {END}")
+    return f"{before}{BEGIN}\n\n{made}\n\n{END}{after}"
 
 
-def _results(report: Path) -> dict[str, Any]:
+def _details(results: Results) -> str:
+    parts: tuple[Callable[[Results], str], ...] = (_reach, _benchmarks, _shortfalls)
+    return "\n\n".join(filter(None, (part(results) for part in parts)))
+
+
+def _read(report: Path) -> Results:
     try:
         results = json.loads((report / RESULTS).read_text(encoding="utf-8"))
         full = {study["study"] for study in results["studies"] if not study["quick"]}
@@ -89,7 +99,7 @@ def _results(report: Path) -> dict[str, Any]:
     return results
 
 
-def _file(results: dict[str, Any], study: str, name: str) -> str:
+def _file(results: Results, study: str, name: str) -> str:
     figures = next(s["figures"] for s in results["studies"] if s["study"] == study)
     found = [figure["file"] for figure in figures if figure["name"] == name]
     if not found:
@@ -97,7 +107,7 @@ def _file(results: dict[str, Any], study: str, name: str) -> str:
     return found[0]
 
 
-def _studies(results: dict[str, Any]) -> str:
+def _studies(results: Results) -> str:
     rows = [
         (s["title"], f"{s['passed']} of {s['passed'] + s['failed']}", f"{s['seconds']:.0f} s")
         for s in results["studies"]
@@ -105,8 +115,8 @@ def _studies(results: dict[str, Any]) -> str:
     return _grid(("Study", "Checks that hold", "Time"), rows)
 
 
-def _reach(results: dict[str, Any]) -> str:
-    tables = [table for table in results["tables"] if table["name"] == TABLE]
+def _reach(results: Results) -> str:
+    tables = [table for table in results["tables"] if table["name"] == REACH_TABLE]
     if not tables:
         return ""
     columns = tables[0]["columns"][:REACH_COLUMNS]
@@ -115,25 +125,25 @@ def _reach(results: dict[str, Any]) -> str:
     return f"{text}\n\n{_grid(columns, rows)}"
 
 
-def _costs(results: dict[str, Any]) -> str:
+def _benchmarks(results: Results) -> str:
     rows = [
         (b["name"], _seconds(b["ours"]), _seconds(b["theirs"]), f"{b['ratio']:.3g}")
-        for name in REVEALING
+        for name in BENCHMARKS
         for b in results["benchmarks"]
         if b["name"] == name
     ]
-    text = "What it costs, side by side in one run (medians):"
+    text = "Speed, measured side by side in one run (medians):"
     return f"{text}\n\n{_grid(('Task', 'Ours', 'Theirs', 'Ratio'), rows)}" if rows else ""
 
 
-def _shortfalls(results: dict[str, Any]) -> str:
+def _shortfalls(results: Results) -> str:
     rows = [
         (check["name"], f"{check['measured']:.3g}", check["source"])
         for check in results["checks"]
         if check["kind"] == "shortfall"
     ]
-    text = "Bars the project sets itself that are not met:"
-    return f"{text}\n\n{_grid(('Bar', 'Measured', 'Why'), rows)}" if rows else ""
+    text = "Targets that the project sets itself and does not meet:"
+    return f"{text}\n\n{_grid(('Target', 'Measured', 'Why'), rows)}" if rows else ""
 
 
 def _seconds(value: float) -> str:

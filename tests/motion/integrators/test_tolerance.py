@@ -130,7 +130,7 @@ def test_the_centre_of_a_free_passive_chain_rests_to_rounding(name):
 
 @pytest.mark.parametrize("name", nrchain.scene_names())
 def test_shipped_scenes_end_within_hundreds_of_tolerances(name):
-    """What the README promises, at the default tolerances, against Radau IIA."""
+    """The error that docs/accuracy.md states, at the default tolerances, against Radau IIA."""
     scene = nrchain.load_scene(name)
     run = nrchain.simulate(scene)
     keys = {"run.integrator": "radau", "run.rtol": 1e-9, "run.atol": 1e-9}
