@@ -13,7 +13,7 @@ from support.poses import pose_derivative, random_chain
 
 import nrchain
 from nrchain import slip_modes
-from nrchain.cli.commands import app
+from nrchain.cli.app import app
 from nrchain.effects import registry
 from nrchain.effects.registry import effects, section_kinds
 from nrchain.motion.integrators import INTEGRATORS
