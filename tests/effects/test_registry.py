@@ -18,7 +18,6 @@ from nrchain.hydrodynamics.friction import PairFriction
 from nrchain.inputs.rules import Section, number
 from nrchain.motion.model import Model
 
-
 WITHOUT_ENERGY = {"field"}
 """Effects whose forces are no gradient: a force along an axis of a sphere does work in a cycle."""
 
