@@ -5,7 +5,7 @@ import pytest
 from nrchain import load_scene
 from nrchain.accuracy.timing import Measured
 from nrchain.run.work import Work
-from validation.cost import model, reach, resolution, stepping
+from validation.cost import arcs, reach, resolution, stepping
 from validation.cost.results import Map, Setting, marks
 from validation.report.recorder import Recorder
 
@@ -43,15 +43,15 @@ def test_the_cheapest_setting_and_its_marks():
 
 
 def test_finite_size_helps_a_pair_and_not_a_chain():
-    pair = model.pair_errors("2s", 10.0).errors
-    chain = model.chain_errors("2s", 10.0).errors
+    pair = arcs.pair_errors("2s", 10.0).errors
+    chain = arcs.chain_errors("2s", 10.0).errors
     assert pair["finite size"] < 2e-3 * pair["leading order"]
     assert chain["finite size"] > 1.5 * chain["leading order"]
     assert 1e-3 < chain["leading order"] < 1e-2
 
 
 def test_friction_between_spheres_is_worth_three_orders_at_twenty_radii():
-    errors = model.driven_errors(20.0).errors
+    errors = arcs.driven_errors(20.0).errors
     assert errors["pairwise"] < 1e-2 * errors["each by itself"]
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from nrchain import load_scene, simulate
 from validation.performance import growth
-from validation.performance.run import buckling
+from validation.performance.scenes import buckling
 from validation.performance.timing import (
     Timed,
     in_child,

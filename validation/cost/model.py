@@ -16,38 +16,33 @@ Errors are the largest error of a velocity over the largest velocity.
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Mapping
-from functools import cache
 from statistics import median
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nrchain import elastic_wrenches, load_scene
 from nrchain.hydrodynamics.resolved import ResolvedSpheres
-from nrchain.motion.model import Model
-from nrchain.scene.poses import frames_along
 from validation.cost import figures
+from validation.cost.arcs import (
+    LEVELS,
+    SHORTER,
+    STIFFNESS,
+    arc,
+    chain_errors,
+    driven_errors,
+    largest_error,
+    model_of,
+    pair_errors,
+    stretched_wrenches,
+)
 from validation.cost.results import Case, Priced
 from validation.report.recorder import Recorder
 from validation.report.uniform_chains import STRENGTHS
 
 Array = NDArray[np.float64]
 
-BEND = 0.1
-"""Turn of the arc from link to link, in radians."""
-LEVELS: dict[str, dict[str, object]] = {
-    "leading order": {},
-    "finite size": {"slip.finite_size": True},
-    "pairwise friction": {"friction": "pairwise"},
-    "both": {"slip.finite_size": True, "friction": "pairwise"},
-}
-STIFFNESS = {"stretch": 20.0, "shear": 20.0, "twist": 1885.0, "bend": 1885.0}
-"""The moduli of the buckling scene."""
-SHORTER = 0.9
-"""Rest spacing of that chain over the distance of its spheres."""
 RECOIL = "response of the neighbours' induced stresslet"
 SOURCE = "resolved spheres: exterior Stokes problem solved to convergence"
 
@@ -89,95 +84,6 @@ def compare(recorder: Recorder) -> None:
         "an arc, driven by forces and torques. (d) Error at d = 10a of all this together against "
         "the time of one evaluation; ring: the default.",
     )
-
-
-def pair_errors(label: str, distance: float) -> Case:
-    """The velocity of a force-free sphere beside one with slip, seen at an oblique angle."""
-    positions = arc(distance, 2)[0]
-    axis = np.array([1.0, 0.5, 0.3])
-    frames = frames_along(np.stack([axis / np.linalg.norm(axis), [1.0, 0.0, 0.0]]))
-    slip = {label: np.array([STRENGTHS[label], 0.0])}
-    exact = _resolved(2, distance).mobility_problem(frames, slip).velocities[1]
-    errors = {}
-    for level in ("leading order", "finite size"):
-        model = _model(2, {label: (STRENGTHS[label], 0.0)}, level)
-        velocity = model.twists(positions, frames)[1, :3]
-        errors[level] = float(np.linalg.norm(velocity - exact) / np.linalg.norm(exact))
-    return Case(distance, errors)
-
-
-def chain_errors(label: str, distance: float) -> Case:
-    """Five spheres on an arc with the slip of a mode."""
-    positions, frames = arc(distance)
-    exact = _resolved(5, distance).mobility_problem(frames, {label: STRENGTHS[label]}).velocities
-    return Case(
-        distance,
-        {
-            level: _error(
-                _model(5, {label: STRENGTHS[label]}, level).twists(positions, frames), exact
-            )
-            for level in ("leading order", "finite size")
-        },
-    )
-
-
-def driven_errors(distance: float) -> Case:
-    """Five spheres on an arc, driven by the wrenches of a chain with shorter rest lengths."""
-    positions, frames = arc(distance)
-    wrenches = _elastic(positions, frames)
-    exact = _resolved(5, distance).mobility_problem(frames, {}, wrenches=wrenches).velocities
-    moduli = {f"elasticity.{name}": value for name, value in STIFFNESS.items()}
-    errors = {}
-    for name, level in (("each by itself", "leading order"), ("pairwise", "pairwise friction")):
-        model = _model(5, {}, level, moduli | {"chain.spacing": SHORTER * distance})
-        errors[name] = _error(model.twists(positions, frames), exact)
-    return Case(distance, errors)
-
-
-def arc(distance: float, count: int = 5) -> tuple[Array, Array]:
-    """Spheres on an arc, neighbours ``distance`` apart, with frames along its tangents."""
-    turns = BEND * (np.arange(count) - (count - 1) / 2)
-    links = BEND * (np.arange(count - 1) - (count - 2) / 2)
-    positions = np.zeros((count, 3))
-    positions[1:, :2] = np.cumsum(distance * np.stack([np.cos(links), np.sin(links)], 1), axis=0)
-    return positions, frames_along(np.stack([np.cos(turns), np.sin(turns), 0 * turns], axis=1))
-
-
-def _elastic(positions: Array, frames: Array) -> tuple[Array, Array]:
-    """Forces and torques of a chain stretched beyond its rest lengths."""
-    spacing = SHORTER * float(np.linalg.norm(positions[1] - positions[0]))
-    stretch, shear, twist, bend = STIFFNESS.values()
-    return elastic_wrenches(
-        positions, frames, spacing=spacing, stretch=stretch, shear=shear, twist=twist, bend=bend
-    )
-
-
-@cache
-def _resolved(count: int, distance: float) -> ResolvedSpheres:
-    """Of order L with e^{−2αL}, cosh α = d/2a, below 1e-9, or as close as L = 11 comes to it."""
-    order = math.ceil(math.log(1e9) / (2 * math.acosh(distance / 2)))
-    return ResolvedSpheres(arc(distance, count)[0], order=min(max(order, 6), 11))
-
-
-def _model(
-    count: int,
-    slip: Mapping[str, float | tuple[float, ...]],
-    level: str,
-    changes: Mapping[str, object] | None = None,
-) -> Model:
-    limp = {f"elasticity.{name}": 0.0 for name in STIFFNESS}
-    table: dict[str, object] = {
-        "chain.particles": count,
-        "run.end": 1.0,
-        "slip.neighbours": "all",
-        **{f"slip.{label}": strength for label, strength in slip.items()},
-    }
-    return Model(load_scene(table | limp | dict(changes or {}) | LEVELS[level]))
-
-
-def _error(twists: Array, exact: Array) -> float:
-    off = np.linalg.norm(twists[:, :3] - exact, axis=1)
-    return float(off.max() / np.linalg.norm(exact, axis=1).max())
 
 
 def _slope(cases: list[Case], level: str, beyond: float) -> float:
@@ -243,7 +149,7 @@ def _prices(recorder: Recorder) -> list[Priced]:
     positions, frames = arc(10.0)
     moduli = {f"elasticity.{name}": value for name, value in STIFFNESS.items()}
     changes = moduli | {"chain.spacing": SHORTER * 10.0}
-    wrenches = _elastic(positions, frames)
+    wrenches = stretched_wrenches(positions, frames)
     slip = {"2s": STRENGTHS["2s"]}
 
     def resolved(order: int) -> Array:
@@ -253,12 +159,12 @@ def _prices(recorder: Recorder) -> list[Priced]:
     exact = resolved(8 if recorder.quick else 10)
     evaluations: dict[str, Callable[[], Array]] = {}
     for level in LEVELS:
-        model = _model(5, slip, level, changes)
+        model = model_of(5, slip, level, changes)
         evaluations[level] = lambda model=model: model.twists(positions, frames)[:, :3]  # type: ignore[misc]
     for order in (2, 4) if recorder.quick else (2, 3, 4, 6, 8):
         evaluations[f"resolved, L = {order}"] = lambda order=order: resolved(order)  # type: ignore[misc]
     times: dict[str, list[float]] = {name: [] for name in evaluations}
-    errors = {name: _error(evaluate(), exact) for name, evaluate in evaluations.items()}
+    errors = {name: largest_error(evaluate(), exact) for name, evaluate in evaluations.items()}
     for _ in range(1 if recorder.quick else 9):
         for name, evaluate in evaluations.items():
             repeats = 1 if name.startswith("resolved") else 50
