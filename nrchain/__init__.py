@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from nrchain.analysis import measure
     from nrchain.analysis.decomposition import Contributions, contribution_sizes, contributions
     from nrchain.effects.base import Effect, OneBodyEffect
-    from nrchain.effects.check import check_effect
     from nrchain.effects.registry import register_effect, unregister_effect
+    from nrchain.effects.shared.check import check_effect
     from nrchain.errors import (
         BackendError,
         NrchainError,
@@ -73,7 +73,7 @@ _HOMES = {
     "Contributions": "nrchain.analysis.decomposition",
     "contribution_sizes": "nrchain.analysis.decomposition",
     "contributions": "nrchain.analysis.decomposition",
-    "check_effect": "nrchain.effects.check",
+    "check_effect": "nrchain.effects.shared.check",
     "Effect": "nrchain.effects.base",
     "OneBodyEffect": "nrchain.effects.base",
     "register_effect": "nrchain.effects.registry",

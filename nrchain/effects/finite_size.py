@@ -9,7 +9,13 @@ from __future__ import annotations
 
 from nrchain.effects.base import Cost
 from nrchain.effects.registry import register_effect
-from nrchain.effects.slip import FlowEffect, active_modes, largest_flow, make_flow, pairs_within
+from nrchain.effects.shared.slip_flow import (
+    FlowEffect,
+    active_modes,
+    largest_flow,
+    make_flow,
+    pairs_within,
+)
 from nrchain.hydrodynamics import slip_modes
 from nrchain.scene.scene import Scene, load_scene
 

@@ -7,9 +7,9 @@ Without this effect every sphere is slowed by the fluid as if it were alone.
 from __future__ import annotations
 
 from nrchain.effects.base import Cost, Effect
-from nrchain.effects.endless import refuse_net_forces, refuse_reach
 from nrchain.effects.registry import acting, register_effect
-from nrchain.effects.slip import pairs_within, reach_text
+from nrchain.effects.shared.endless import refuse_net_forces, refuse_reach
+from nrchain.effects.shared.slip_flow import pairs_within, reach_text
 from nrchain.scene.scene import Scene, load_scene
 
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from nrchain.effects.base import Cost
-from nrchain.effects.endless import refuse_reach
 from nrchain.effects.registry import register_effect
-from nrchain.effects.slip import (
+from nrchain.effects.shared.endless import refuse_reach
+from nrchain.effects.shared.slip_flow import (
     FlowEffect,
     active_modes,
     make_flow,

@@ -136,7 +136,7 @@ def _check_methods(cls: type[Effect]) -> None:
 
 @cache
 def _files() -> tuple[str, ...]:
-    return tuple(module.name for module in pkgutil.iter_modules(nrchain.effects.__path__))
+    return tuple(m.name for m in pkgutil.iter_modules(nrchain.effects.__path__) if not m.ispkg)
 
 
 def effects() -> tuple[type[Effect], ...]:

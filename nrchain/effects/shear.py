@@ -5,8 +5,8 @@ The kernels are in :mod:`nrchain.potential.shear`.
 
 from __future__ import annotations
 
-from nrchain.effects.elasticity import ElasticTerm
 from nrchain.effects.registry import register_effect
+from nrchain.effects.shared.elasticity import ElasticTerm
 from nrchain.scene.scene import Scene, load_scene
 
 

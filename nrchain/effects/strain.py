@@ -15,10 +15,10 @@ from typing import ClassVar
 import numpy as np
 
 from nrchain.effects.base import Cost, Effect
-from nrchain.effects.endless import refuse_reach
 from nrchain.effects.flow import Flow
 from nrchain.effects.registry import register_effect
-from nrchain.effects.slip import pairs_within, reach_text
+from nrchain.effects.shared.endless import refuse_reach
+from nrchain.effects.shared.slip_flow import pairs_within, reach_text
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics.disturbance import Disturbance, Part
 from nrchain.scene.scene import Scene, load_scene

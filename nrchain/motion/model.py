@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nrchain.effects.elasticity import elasticity_of
 from nrchain.effects.registry import acting
-from nrchain.effects.slip import make_flow
+from nrchain.effects.shared.elasticity import elasticity_of
+from nrchain.effects.shared.slip_flow import make_flow
 from nrchain.motion.mobility import Mobility
 from nrchain.potential.chain import REACH
 from nrchain.potential.link import add_block_product

@@ -34,7 +34,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from nrchain.effects.slip import reach_text
+from nrchain.effects.shared.slip_flow import reach_text
 from nrchain.errors import SceneError
 from nrchain.motion.model import Model
 from nrchain.planning.choice import (

@@ -8,7 +8,7 @@ import numpy as np
 
 from nrchain.effects.flow import Flow, FlowSpec
 from nrchain.effects.registry import effects
-from nrchain.effects.slip import active_modes, reach_text
+from nrchain.effects.shared.slip_flow import active_modes, reach_text
 from nrchain.effects.strain import Strain
 from nrchain.effects.strain_size import FiniteSizeOfStrain
 from nrchain.hydrodynamics import slip_modes

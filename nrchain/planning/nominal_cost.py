@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple, Self
 
-from nrchain.effects.slip import active_modes
+from nrchain.effects.shared.slip_flow import active_modes
 from nrchain.hydrodynamics.images import EXACT, POINTS
 from nrchain.hydrodynamics.pairs import NEAR
 from nrchain.planning.scene_changes import reaching, sized

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nrchain.effects.definiteness import is_cut, least_mobility
-from nrchain.effects.endless import net_forces, takes_all
+from nrchain.effects.shared.endless import net_forces, takes_all
 from nrchain.errors import SceneError
 from nrchain.geometry.near_pairs import closest_pair
+from nrchain.motion.definiteness import is_cut, least_mobility
 from nrchain.planning.flow_reach import reach_of_strain
 from nrchain.planning.regime import judged, rounding_drift, warnings
 from nrchain.planning.soundness import LARGEST_STRAIN, LARGEST_TURN, Judgement, bond_loads

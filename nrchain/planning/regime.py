@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nrchain.effects.slip import active_modes
+from nrchain.effects.shared.slip_flow import active_modes
 from nrchain.errors import SceneError
 from nrchain.planning.flow_forces import stokeslet_warning
 from nrchain.planning.remedies import remedy

@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any, Literal
 
 from nrchain.effects.registry import acting
-from nrchain.effects.slip import active_modes
+from nrchain.effects.shared.slip_flow import active_modes
 from nrchain.effects.strain import Strain
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics import slip_modes

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from nrchain.effects.contact import contact_distance, has_turning_springs, most_turned_link
 from nrchain.errors import SceneError
 from nrchain.geometry.near_pairs import closest_pair
 from nrchain.inputs.arguments import finite_array, rotations
 from nrchain.inputs.arrays import GivenArray
+from nrchain.motion.contact import contact_distance, has_turning_springs, most_turned_link
 from nrchain.scene.memory import refuse_snapshots
 from nrchain.scene.poses import initial_poses
 from nrchain.scene.scene import Scene, require_scene
@@ -131,8 +131,8 @@ def _refuse_turns(scene: Scene, frames: np.ndarray, given: str) -> None:
 
 def _refuse_indefinite(scene: Scene, positions: np.ndarray) -> None:
     """Refuse a cut of the friction between spheres that lets a passive chain gain energy."""
-    from nrchain.effects.definiteness import DEFINITE, is_cut, least_mobility
-    from nrchain.effects.endless import takes_all
+    from nrchain.effects.shared.endless import takes_all
+    from nrchain.motion.definiteness import DEFINITE, is_cut, least_mobility
 
     if not is_cut(scene):
         return

@@ -25,8 +25,8 @@ from typing import Any
 import numpy as np
 
 from nrchain.effects.base import Effect
-from nrchain.effects.elasticity import elasticity_of
 from nrchain.effects.registry import acting
+from nrchain.effects.shared.elasticity import elasticity_of
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics.friction import PairFriction
 from nrchain.motion.model import Model

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nrchain.effects.base import Effect
-from nrchain.effects.endless import refuse_reach
 from nrchain.effects.registry import acting
+from nrchain.effects.shared.endless import refuse_reach
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics import slip_modes
 from nrchain.hydrodynamics.slip import Slip

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nrchain.effects.contact import contact_distance, has_turning_springs
 from nrchain.errors import SceneError
+from nrchain.motion.contact import contact_distance, has_turning_springs
 from nrchain.motion.model import Model
 from nrchain.outcome import Cause
 from nrchain.scene.scene import Scene

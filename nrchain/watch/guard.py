@@ -16,13 +16,13 @@ from collections.abc import Callable
 import numpy as np
 
 from nrchain._compile import kernel
-from nrchain.effects.contact import (
+from nrchain.geometry.near_pairs import closest_pair, near_pairs, separations
+from nrchain.motion.contact import (
     contact_distance,
     has_turning_springs,
     least_aligned,
     least_alignment,
 )
-from nrchain.geometry.near_pairs import closest_pair, near_pairs, separations
 from nrchain.outcome import Cause, Stop
 from nrchain.scene.scene import Scene
 from nrchain.types import Poses, PosesAt
@@ -73,7 +73,7 @@ class Guard:
         """Stop where friction that is cut along the chain no longer takes energy out."""
         if self._scene.friction.kind == "one-body":
             return
-        from nrchain.effects.definiteness import is_cut, least_mobility
+        from nrchain.motion.definiteness import is_cut, least_mobility
 
         if not is_cut(self._scene):
             return

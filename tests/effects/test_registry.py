@@ -12,7 +12,7 @@ from support.spring import Spring, SpringSpec
 import nrchain
 from nrchain.effects.base import Effect, OneBodyEffect, largest_velocity
 from nrchain.effects.registry import acting, effects, find_effect
-from nrchain.effects.slip import pairs_within
+from nrchain.effects.shared.slip_flow import pairs_within
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.hydrodynamics.friction import PairFriction
 from nrchain.inputs.rules import Section, number

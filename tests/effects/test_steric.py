@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 from support.poses import dense, pose_derivative, random_chain
 
 import nrchain
-from nrchain.effects.steric import Repulsion
 from nrchain.geometry.near_pairs import closest_pair
 from nrchain.motion.model import Model
 from nrchain.outcome import Cause
+from nrchain.potential.repulsion import Repulsion
 
 PERIODS = [0.0, 14.0]
 KINDS = ["wca", "harmonic"]

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import nrchain
-from nrchain.effects.contact import most_turned_link
 from nrchain.errors import SceneError
+from nrchain.motion.contact import most_turned_link
 from nrchain.outcome import Cause, Stop
 from nrchain.watch.guard import Guard
 

@@ -9,10 +9,9 @@ import numpy as np
 
 from nrchain.effects.base import Effect
 from nrchain.effects.registry import acting, effects
+from nrchain.effects.shared.check_poses import WatchedEffect, bent_poses, given_poses, moved_poses
 from nrchain.errors import SceneError
-from nrchain.inputs.arguments import finite_array, rotations
 from nrchain.scene.scene import Scene, load_scene
-from nrchain.scene.unwrapping import unwrapped_chain
 from nrchain.types import Poses
 
 STEP = 1e-5
@@ -72,7 +71,7 @@ def check_effect(
     if (positions is None) != (frames is None):
         missing = "positions" if positions is None else "frames"
         raise SceneError(missing, None, "must be given with the other half of the poses")
-    poses = _bent(what) if positions is None else _given(what, positions, frames)
+    poses = bent_poses(what) if positions is None else given_poses(what, positions, frames)
     check = _Check(effect, what, poses)
     return check.derivative() | check.energy() | check.motions() | check.balance()
 
@@ -88,73 +87,12 @@ def _scene(effect: type[Effect], given: Scene | Mapping[str, Any] | None) -> Sce
     return given
 
 
-def _given(scene: Scene, positions: Any, frames: Any) -> Poses:
-    points = finite_array("positions", positions, (scene.chain.particles, 3))
-    points = unwrapped_chain(scene, points)
-    return points, rotations(frames, len(points))
-
-
-def _bent(scene: Scene) -> Poses:
-    """The straight chain with displaced spheres and turned frames, always the same."""
-    from scipy.spatial.transform import Rotation
-
-    count, d = scene.chain.particles, scene.chain.spacing
-    random = np.random.default_rng(0)
-    positions = 0.05 * d * random.standard_normal((count, 3))
-    positions[:, 0] += d * np.arange(count)
-    turns = Rotation.from_rotvec(0.5 * random.standard_normal((count, 3))).as_matrix()
-    return positions, np.ascontiguousarray(turns.transpose(0, 2, 1))
-
-
-def _moved(poses: Poses, sphere: int, component: int, by: float) -> Poses:
-    """One sphere displaced (components 0 to 2) or turned in the lab (3 to 5)."""
-    from scipy.spatial.transform import Rotation
-
-    positions, frames = poses[0].copy(), poses[1].copy()
-    if component < 3:
-        positions[sphere, component] += by
-    else:
-        turn = Rotation.from_rotvec(by * np.eye(3)[component - 3])
-        frames[sphere] = turn.apply(frames[sphere])
-    return positions, frames
-
-
-class _Watched:
-    """An effect whose methods are named where they fail, or change an array other than the last."""
-
-    def __init__(self, effect: Effect, name: str) -> None:
-        self._effect, self._name = effect, name
-
-    def __getattr__(self, method: str) -> Any:
-        found = getattr(self._effect, method)
-        if not callable(found):
-            return found
-
-        def call(*arrays: np.ndarray) -> Any:
-            given = arrays if method in ("linearise", "energy") else arrays[:-1]
-            before = [array.copy() for array in given]
-            key = f"effect {self._name}.{method}"
-            try:
-                answer = found(*arrays)
-            except Exception as error:
-                shapes = ", ".join(str(array.shape) for array in arrays)
-                allowed = f"fails with arrays of shapes {shapes}: {error}"
-                raise SceneError(key, type(error).__name__, allowed) from error
-            if not all(map(np.array_equal, before, given)):
-                raise SceneError(
-                    key, "changed poses", "must leave the poses it is given as they are"
-                )
-            return answer
-
-        return call
-
-
 class _Check:
     """One effect of a scene at one set of poses; twists and derivatives in units of radii."""
 
     def __init__(self, effect: type[Effect], scene: Scene, poses: Poses) -> None:
         self.kind, self.poses, self.scene = effect, poses, scene
-        self.effect = _Watched(effect(scene), effect.name)
+        self.effect = WatchedEffect(effect(scene), effect.name)
         self.count, radius = len(poses[0]), scene.chain.radius
         power = -1.0 if effect.gives == "wrench" else 1.0
         self.rows = np.repeat([1.0, radius**power], 3)
@@ -173,7 +111,7 @@ class _Check:
             for component in range(6):
                 step = STEP * self.columns[component]
                 ahead, behind = (
-                    function(_moved(self.poses, sphere, component, sign * step))
+                    function(moved_poses(self.poses, sphere, component, sign * step))
                     for sign in (1.0, -1.0)
                 )
                 found.append((np.asarray(ahead) - np.asarray(behind)) / (2.0 * STEP))
@@ -185,7 +123,7 @@ class _Check:
             return {}
         numeric = self.differences(self.result)
         self.effect.linearise(*self.poses)
-        self.result(_moved(self.poses, 0, 1, 0.1 * self.scene.chain.radius))
+        self.result(moved_poses(self.poses, 0, 1, 0.1 * self.scene.chain.radius))
         given = np.zeros((self.count, 6, self.count, 6))
         for sphere in range(self.count):
             for component in range(6):

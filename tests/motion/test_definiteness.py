@@ -5,9 +5,9 @@ import pytest
 
 import nrchain
 from nrchain.effects import definiteness
-from nrchain.effects.definiteness import is_cut, least_mobility
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics.friction import PairFriction
+from nrchain.motion.definiteness import is_cut, least_mobility
 from nrchain.planning.start import starting_poses
 from nrchain.theory.straight_chain import StraightChain
 

@@ -1,0 +1,1 @@
+"""Shared by several effects: elastic terms, slip flows, sums over images, the self-check."""

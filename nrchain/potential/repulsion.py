@@ -1,0 +1,175 @@
+"""V = Σ_{i<j} φ(|r_i − r_j|): the energy of spheres that repel each other at short distances.
+
+With ε the strength and c the range, the distance of centres at which repulsion begins,
+
+    wca        φ = 4ε[(σ/r)¹² − (σ/r)⁶ + 1/4],  σ = c/2^(1/6)
+    harmonic   φ = (ε/2)(1 − r/c)²
+
+for r < c, and 0 beyond; φ and φ′ are continuous at c. Forces act along the line of centres,
+F_i = −φ′ n with n = (r_i − r_j)/r. There are no torques.
+
+Source: Weeks, Chandler, Andersen, J. Chem. Phys. 54, 5237 (1971).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nrchain._compile import kernel
+from nrchain.geometry.near_pairs import near_pairs
+
+KINDS = {"wca": 0, "harmonic": 1}
+
+SKIN = 0.3
+"""Pairs are listed up to this part beyond the range, and again once a sphere moved half of that."""
+
+
+@kernel
+def potential(kind, distance, strength, reach):
+    """φ, φ′ and φ″ at a distance below the range."""
+    if kind == 0:
+        sixth = 0.5 * (reach / distance) ** 6
+        energy = 4.0 * strength * (sixth * sixth - sixth + 0.25)
+        slope = -24.0 * strength * (2.0 * sixth * sixth - sixth) / distance
+        curvature = 24.0 * strength * (26.0 * sixth * sixth - 7.0 * sixth) / distance**2
+        return energy, slope, curvature
+    depth = 1.0 - distance / reach
+    return 0.5 * strength * depth**2, -strength * depth / reach, strength / reach**2
+
+
+@kernel
+def _separation(positions, i, j, period, vector):
+    """Fill ``vector`` with r_i − r_j to the nearest image; return its length."""
+    for k in range(3):
+        vector[k] = positions[i, k] - positions[j, k]
+    if period > 0.0:
+        vector[0] -= period * np.round(vector[0] / period)
+    return np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
+
+
+@kernel
+def _add_forces(positions, pairs, kind, strength, reach, period, wrenches):
+    """wrenches[:, :3] += the forces; returns the energy."""
+    vector, total = np.empty(3), 0.0
+    for p in range(pairs.shape[0]):
+        i, j = pairs[p]
+        distance = _separation(positions, i, j, period, vector)
+        if distance >= reach:
+            continue
+        energy, slope, _ = potential(kind, distance, strength, reach)
+        total += energy
+        for k in range(3):
+            force = -slope * vector[k] / distance
+            wrenches[i, k] += force
+            wrenches[j, k] -= force
+    return total
+
+
+@kernel
+def _fill_stiffness(positions, pairs, kind, strength, reach, period, stiffness):
+    """stiffness (M, 3, 3) = φ″ n nᵀ + (φ′/r)(I − n nᵀ) of each pair: −∂F_i/∂r_i."""
+    vector = np.empty(3)
+    for p in range(pairs.shape[0]):
+        stiffness[p] = 0.0
+        distance = _separation(positions, pairs[p, 0], pairs[p, 1], period, vector)
+        if distance >= reach:
+            continue
+        _, slope, curvature = potential(kind, distance, strength, reach)
+        across = slope / distance
+        for k in range(3):
+            stiffness[p, k, k] = across
+            for m in range(3):
+                along = (curvature - across) * vector[k] * vector[m] / distance**2
+                stiffness[p, k, m] += along
+
+
+@kernel
+def _add_blocks(pairs, stiffness, periodic, blocks):
+    """Add ∂F/∂r to the blocks (N, 2w + 1, 6, 6): of every sphere with itself, and near ones."""
+    count, centre = blocks.shape[0], blocks.shape[1] // 2
+    for p in range(pairs.shape[0]):
+        i, j = pairs[p]
+        places = j - i
+        if periodic and 2 * places > count:
+            places -= count
+        for k in range(3):
+            for m in range(3):
+                blocks[i, centre, k, m] -= stiffness[p, k, m]
+                blocks[j, centre, k, m] -= stiffness[p, k, m]
+                if abs(places) <= centre:
+                    blocks[i, centre + places, k, m] += stiffness[p, k, m]
+                    blocks[j, centre - places, k, m] += stiffness[p, k, m]
+
+
+@kernel
+def _add_product(pairs, stiffness, poses, wrenches):
+    """wrenches += ∂F/∂r · displacements."""
+    for p in range(pairs.shape[0]):
+        i, j = pairs[p]
+        for k in range(3):
+            change = 0.0
+            for m in range(3):
+                change += stiffness[p, k, m] * (poses[i, m] - poses[j, m])
+            wrenches[i, k] -= change
+            wrenches[j, k] += change
+
+
+class Repulsion:
+    """The forces between near spheres, and their derivative where it was last taken.
+
+    Sums run over pairs in lexical order, so that a result does not depend on when the list of
+    pairs was made.
+
+    Parameters
+    ----------
+    kind
+        A key of :data:`KINDS`.
+    strength
+        ε, an energy.
+    reach
+        c, the distance of centres at which the repulsion begins; less than half the period.
+    period
+        Length along x after which the chain repeats; 0 for an open chain.
+    """
+
+    def __init__(self, kind: str, strength: float, reach: float, period: float = 0.0) -> None:
+        self._law = KINDS[kind], float(strength), float(reach), float(period)
+        self._reach, self._period = float(reach), float(period)
+        self._listed = np.empty((0, 3))
+        self._pairs = np.empty((0, 2), np.int64)
+        self._stiff_pairs, self._stiffness = self._pairs, np.empty((0, 3, 3))
+
+    def pairs(self, positions: np.ndarray) -> np.ndarray:
+        """Pairs (M, 2), i < j: all that are within the range, and some that are not."""
+        if len(self._listed) != len(positions) or self._have_moved(positions):
+            skin = SKIN * self._reach
+            self._pairs = near_pairs(positions, self._reach + skin, self._period)
+            self._listed = positions.copy()
+        return self._pairs
+
+    def _have_moved(self, positions: np.ndarray) -> bool:
+        moves = positions - self._listed
+        moves -= moves.mean(axis=0)
+        furthest = np.einsum("ik,ik->i", moves, moves).max()
+        return not furthest <= (0.5 * SKIN * self._reach) ** 2
+
+    def add_wrenches(self, positions: np.ndarray, wrenches: np.ndarray) -> float:
+        """wrenches (N, 6) += (F, 0) at these positions (N, 3); returns the energy V."""
+        return float(_add_forces(positions, self.pairs(positions), *self._law, wrenches))
+
+    def linearise(self, positions: np.ndarray) -> None:
+        """Take the derivative here, for :meth:`add_blocks` and :meth:`add_product`."""
+        self._stiff_pairs = self.pairs(positions)
+        self._stiffness = np.empty((len(self._stiff_pairs), 3, 3))
+        _fill_stiffness(positions, self._stiff_pairs, *self._law, self._stiffness)
+
+    def add_blocks(self, blocks: np.ndarray) -> None:
+        """blocks[i, w + m] += ∂F_i/∂r_{i+m}, for spheres within w places of each other.
+
+        The block of a sphere with itself holds its part of all pairs, also of those farther apart.
+        """
+        _add_blocks(self._stiff_pairs, self._stiffness, self._period > 0.0, blocks)
+
+    def add_product(self, poses: np.ndarray, wrenches: np.ndarray) -> None:
+        """wrenches (N, 6) += the change of the forces with ``poses`` (N, 6)."""
+        _add_product(self._stiff_pairs, self._stiffness, poses, wrenches)
