@@ -1,59 +1,52 @@
-"""What each effect of a scene does to its run and what it takes of its time, as a table.
+"""What each effect of a scene contributes to its run and costs of its time, as a table.
 
-Contributions are those of :mod:`nrchain.estimate`, and no clock has a part in them. Costs are
-measured: the right-hand side of the scene, with and without the effect, with the products and
-solves that come with it, compiled beforehand. What the run will cost is told as for a run that is
-done: see :mod:`nrchain.work`.
+:mod:`nrchain.estimate` finds the contributions; they depend on no clock. The cost of an effect is
+measured: the time of a right-hand side with and without it, including its products and solves,
+after compilation. :mod:`nrchain.work` defines the cost of the run.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from nrchain.accuracy.timing import PILOT, foretell
+from nrchain.accuracy.effect_cells import COLUMNS, explain_marks, is_known, name, row
+from nrchain.accuracy.timing import PILOT, predict_cost
 from nrchain.errors import SceneError
 from nrchain.motion.charts import ChartedChain
 from nrchain.motion.model import Model
 from nrchain.planning.estimate import (
     PROBE_TOLERANCE,
-    RESOLUTION,
-    Estimate,
     Estimates,
     estimate_effects,
 )
 from nrchain.planning.nominal_cost import evaluation_cost
-from nrchain.planning.scene_changes import Change, Refused, refused_changes
+from nrchain.planning.scene_changes import Refused, refused_changes
 from nrchain.planning.start import starting_poses
 from nrchain.run.work import DEFINITION, FEWEST_STEPS, RunCost, medians
 from nrchain.scene.scene import Scene
-from nrchain.wording import span
 
 REPEATS, BATCH = 15, 3e-4
-"""Each right-hand side is timed in so many batches, of so many nominal seconds or one call."""
-
-COLUMNS = ("effect", "velocity", "growth", "end", "turned", "time")
-"""What :meth:`EffectPlan.rows` has in its columns."""
+"""Batches of calls by which a right-hand side is timed, and the nominal seconds of a batch."""
 
 
 @dataclass(frozen=True)
 class EffectPlan:
-    """The estimates of a scene and the measured costs that go with them.
+    """The contribution of each effect of a scene, and its measured cost.
 
     Attributes
     ----------
     estimates
-        Contributions, and the probe they come from.
+        The contributions, and the probe that gave them.
     own, others
-        Measured seconds of one right-hand side, with what comes with it: of the scene, and of every
-        changed scene in the order of the estimates.
+        Measured seconds of one right-hand side with its products and solves: of the scene, and of
+        every changed scene in the order of the estimates.
     cost
-        What the run of the scene will take, or in words why that is not known.
+        The predicted cost of the run, or in words why it is not known.
     probe
-        The work of the probe over that of the run, by count; None where that is not known.
+        The counted work of the probe over that of the run; None if not known.
     refused
         The changes that the scene does not allow.
     """
@@ -66,55 +59,52 @@ class EffectPlan:
     refused: list[Refused]
 
     def rows(self) -> list[tuple[str, ...]]:
-        """One row an effect, in the columns of :data:`COLUMNS`; those with + are left out."""
+        """One row an effect, with the cells of :data:`COLUMNS`; + marks effects left out."""
         return [
-            _row(one, self.own, other)
+            row(one, self.own, other)
             for one, other in zip(self.estimates.estimates, self.others, strict=True)
-        ] + [(_name(one), "not possible", *[""] * (len(COLUMNS) - 2)) for one in self.refused]
+        ] + [(name(one), "not possible", *[""] * (len(COLUMNS) - 2)) for one in self.refused]
 
     def remarks(self) -> list[str]:
-        """Of which time the differences are that are not those of the end of the run.
-
-        Each explains the mark that its row shows.
-        """
+        """What the marks * and ? mean, and why a row has no numbers: one line a row."""
         return [
-            f"{_name(one.change)}: {one.stops or _unknown(one)}"
+            f"{name(one.change)}: {one.stops or explain_marks(one)}"
             for one in self.estimates.estimates
-            if one.stops or not one.ends or not _is_known(one, one.displacement + one.turn)
-        ] + [f"{_name(one)}: {one.reason}" for one in self.refused]
+            if one.stops or not one.ends or not is_known(one, one.displacement + one.turn)
+        ] + [f"{name(one)}: {one.reason}" for one in self.refused]
 
     def notes(self) -> list[str]:
-        """What the columns mean, and what the numbers rest on."""
+        """What the columns mean, what the run costs, and how the probe was made."""
         wave = self.estimates.wave
         growth = (
-            "growth: no plane waves to tell it by"
+            "growth: not defined, as the chain has no plane waves"
             if wave is None
-            else f"growth: part of the rate at which bending of q = {wave:.3g} grows"
+            else f"growth: contribution to the growth rate of bending at wave number q = {wave:.3g}"
         )
         left_out = [one for one in self.estimates.estimates if one.change.kind == "add"]
-        added = "+ marks effects that the scene leaves out, and what they would bring"
+        added = "+ marks effects that the scene leaves out; their rows show what they would add"
         return [
             *([added] if left_out or any(one.kind == "add" for one in self.refused) else []),
-            "velocity: largest change of a velocity or spin, in radii or radians per unit time, at "
-            "the start and at most on the way",
+            "velocity: largest contribution to |v|/a or |ω| of any sphere, per unit time; a range "
+            "goes from its value at the start to its maximum over the probe",
             growth,
-            "end: how far a sphere ends, in radii, from where it would with the change; "
-            "turned: its frame, in radians; where a run stops, at that time",
-            "time: part of a right-hand side that the effect takes, or would add",
+            "displacement, rotation: largest change of a position, in radii, and of a frame, in "
+            "radians, at the end of the run, or where one of both runs stops",
+            "cost: share of the time of a right-hand side that the effect takes, or would add",
             f"the run: {self.cost if isinstance(self.cost, str) else self.cost.words()}",
             DEFINITION,
             self._probe_note(),
         ]
 
     def _probe_note(self) -> str:
-        """How far the probe went, and what it took."""
+        """The tolerance, the end and the work of the probe."""
         if self.estimates.probed == 0.0:
             return "the budget allows no probe"
         work = f"{self.estimates.work:.3g} right-hand sides"
         if self.probe is not None:
             work = f"{self.probe:.2g} times the work of the run"
-        reached = f"to t = {self.estimates.probed:.4g}"
-        return f"the probe, at tolerance {PROBE_TOLERANCE:g} {reached}, is {work}"
+        reached = f"t = {self.estimates.probed:.4g}"
+        return f"the probe reached {reached} with tolerance {PROBE_TOLERANCE:g}; it took {work}"
 
 
 def plan_effects(scene: Scene, estimates: Estimates | None = None) -> EffectPlan:
@@ -132,26 +122,26 @@ def plan_effects(scene: Scene, estimates: Estimates | None = None) -> EffectPlan
 
 
 def _cost(scene: Scene) -> RunCost | str:
-    """What the run of a scene will cost, or why that is not known."""
+    """The predicted cost of the run of a scene, or why it is not known."""
     if FEWEST_STEPS * evaluation_cost(scene) > PILOT:
-        return f"not known: {FEWEST_STEPS} steps of it are more work than a plan may take"
+        return f"not known: {FEWEST_STEPS} steps take more work than a plan may spend"
     try:
-        return foretell(scene).cost
+        return predict_cost(scene).cost
     except SceneError as error:
-        return f"not known: it is refused: {error}"
+        return f"not known: the run is refused: {error}"
 
 
 def evaluation_times(scenes: Sequence[Scene]) -> list[float]:
-    """Seconds of a right-hand side of each scene at its start, with its products and solves.
+    """Processor seconds of a right-hand side of each scene at its start, with products and solves.
 
-    They take turns, and the time of this thread counts: not what else the machine does.
+    The scenes take turns, so that other programs on the machine affect all of them alike.
     """
     batches = [max(int(BATCH / evaluation_cost(scene)), 1) for scene in scenes]
     return medians([_evaluation(scene) for scene in scenes], REPEATS, batches)
 
 
 def _evaluation(scene: Scene) -> Callable[[], None]:
-    """One right-hand side with two products and two solves, called once so that it is compiled."""
+    """One right-hand side with two products and two solves, already compiled."""
     chain = ChartedChain(Model(scene))
     chain.rebase(0.0, *starting_poses(scene))
     still, out = np.zeros(chain.dimension), np.empty(chain.dimension)
@@ -168,57 +158,7 @@ def _evaluation(scene: Scene) -> Callable[[], None]:
     chain.linearise(0.0, still)
     try:
         chain.factorise(1e-6)
-    except FloatingPointError:  # numbers beyond any run: there is nothing to time
+    except FloatingPointError:  # not finite: there is nothing to time
         return lambda: None
     once()
     return once
-
-
-def _row(one: Estimate, own: float, other: float) -> tuple[str, ...]:
-    drop = one.change.kind == "drop"
-    growth = "" if one.growth is None else _signed(one.growth)
-    share = (own - other) / own if drop and own else (other - own) / own if own else 0.0
-    return (
-        _name(one.change),
-        span(_size(one.velocity), _size(one.velocity_along), sign="–"),
-        growth,
-        *(_end(one, value) for value in (one.displacement, one.turn)),
-        f"{100.0 * share:+.0f} %",
-    )
-
-
-def _end(one: Estimate, value: float) -> str:
-    """A difference at the end: marked if it is of another time, ? where there is none."""
-    if not _is_known(one, value):
-        return "?"
-    size = _size(value) if value == 0.0 or value >= RESOLUTION else f"<{_size(RESOLUTION)}"
-    return size + ("" if one.ends else "*")
-
-
-def _is_known(one: Estimate, value: float) -> bool:
-    return one.until > 0.0 and math.isfinite(value)
-
-
-def _unknown(one: Estimate) -> str:
-    """What the marks of a row mean that is not of the end of the run."""
-    if any(_is_known(one, value) for value in (one.displacement, one.turn)):
-        return f"* is at t = {one.until:.4g}, where the probe ended; the end is not known"
-    if one.until == 0.0:
-        return "? stands for what the budget of the probes allowed no step to find"
-    return f"? stands for what is not finite at t = {one.until:.4g}, where the probe ended"
-
-
-def _signed(value: float) -> str:
-    return ("+" if value > 0.0 else "") + _size(value)
-
-
-def _size(value: float) -> str:
-    """Two digits, and an exponent without its zeros where that is shorter."""
-    if not math.isfinite(value):
-        return "?"
-    digits, exponent = f"{value:.1e}".split("e")
-    return min(f"{value:.2g}", f"{digits.removesuffix('.0')}e{int(exponent)}", key=len)
-
-
-def _name(change: Change | Refused) -> str:
-    return change.effect if change.kind == "drop" else f"+ {change.effect}"

@@ -1,7 +1,7 @@
-"""Runs side by side: how far each is from a reference, and what it costs.
+"""Runs side by side: the distance of each from a reference, and its cost.
 
-How much is run is decided by counted work (:mod:`nrchain.planning.nominal_cost`), so that it is the
-same on every machine; the time it takes is that of :mod:`nrchain.work`.
+Counted work (:mod:`nrchain.planning.nominal_cost`) decides how much of a scene is run. So this is
+the same on every machine. :mod:`nrchain.work` defines the times.
 """
 
 from __future__ import annotations
@@ -24,22 +24,30 @@ from nrchain.scene.scene import Scene, load_scene
 from nrchain.trajectory.trajectory import Trajectory
 
 REPEATS = 5
+"""Number of runs of each scene."""
 
 PILOT = 0.45
-"""Nominal seconds that the first run of a scene may take, by which its cost is foretold."""
+"""Work of the first run of a scene, in nominal seconds; the cost of the scene follows from it."""
 
 SNAPSHOTS = 33
+"""Number of times at which runs are compared."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """One setting: its distance from the reference, and what it costs.
+    """The distance of a run from the reference, and its cost.
 
-    ``position`` is the largest distance of a sphere in radii, over all snapshots, and ``frame`` the
-    largest angle between frames, in radians; infinite if the run did not reach its end. ``work`` is
-    what it took by count, and ``nominal`` the seconds that stand for it; ``seconds`` is the
-    processor time of all repetitions, and ``late`` the part of the right-hand sides that fell in
-    the second half of the time simulated.
+    Attributes
+    ----------
+    position, frame
+        Largest distance of a sphere, in radii, and largest angle of a frame, in radians, over all
+        snapshots; infinite if the run did not reach its end.
+    work, nominal
+        Counts of the run, and the nominal seconds that they stand for.
+    seconds
+        Processor time of each repetition.
+    late
+        Fraction of the right-hand sides in the second half of the simulated time.
     """
 
     position: float
@@ -51,18 +59,18 @@ class Measured:
 
     @property
     def error(self) -> float:
-        """The larger of the two, in radii and radians."""
+        """The larger of both distances, in radii and radians."""
         return max(self.position, self.frame)
 
     @property
     def median(self) -> float:
-        """Processor time of the repetition in the middle."""
+        """Median of the processor times."""
         return median(self.seconds)
 
 
 @dataclass(frozen=True)
-class Foretold:
-    """The scene, to its end or to as far as was allowed; the run of it; what all of it costs."""
+class Prediction:
+    """The part of a scene that was run, its trajectory, and the cost of the whole run."""
 
     scene: Scene
     trajectory: Trajectory
@@ -72,8 +80,8 @@ class Foretold:
 def distance(trajectory: Trajectory, reference: Trajectory) -> tuple[float, float]:
     """max |r − r′|/a and max ∠(frame, frame′) over spheres and snapshots, in radii and radians.
 
-    The angle is that of the rotation between frames, exact down to rounding. Infinite where the
-    snapshots are not those of the reference, as of a run that stopped before its end.
+    The angle of the rotation between both frames is exact down to rounding. Both are infinite if
+    the runs have snapshots at different times, such as a run that stopped before its end.
     """
     if not np.array_equal(trajectory.time, reference.time):
         return math.inf, math.inf
@@ -94,7 +102,7 @@ simulate_quietly = partial(simulate_telling, nobody)
 
 
 def run_timed(scene: Scene) -> tuple[Trajectory, RunCost]:
-    """A run in memory, and what it cost."""
+    """Run a scene in memory; return its trajectory and its cost."""
     passed: list[tuple[float, float]] = []
 
     def watch(progress: Progress) -> None:
@@ -107,12 +115,11 @@ def run_timed(scene: Scene) -> tuple[Trajectory, RunCost]:
     return trajectory, cost_of(trajectory, 1.0 - half / total if total else 0.5)
 
 
-def foretell(scene: Scene, allowed: float = PILOT, snapshots: int = SNAPSHOTS) -> Foretold:
-    """What the run of a scene will cost, from a run of it, or of as much of it as is allowed.
+def predict_cost(scene: Scene, allowed: float = PILOT, snapshots: int = SNAPSHOTS) -> Prediction:
+    """Predict the cost of a run, by running all of it or as much as ``allowed`` nominal seconds.
 
-    ``allowed`` are nominal seconds, about: a count, so that the same part of a scene is run on
-    every machine. Where it does not do for the whole run, what it reaches is run once more, with
-    ``snapshots`` that tell its pace. Budgets of the scene itself are left out of it.
+    Where these do not reach the end, the part that they reach is run once more, with ``snapshots``
+    that show its pace. Budgets of the scene itself are ignored.
 
     Raises :class:`~nrchain.errors.SceneError` for a scene that is refused.
     """
@@ -121,10 +128,10 @@ def foretell(scene: Scene, allowed: float = PILOT, snapshots: int = SNAPSHOTS) -
     pilot, cost = run_timed(load_scene(scene, **free, **{"run.max_steps": steps}))
     free["run.max_steps"] = None
     if pilot.cause is not Cause.BUDGET:
-        return Foretold(load_scene(scene, **free), pilot, cost)
+        return Prediction(load_scene(scene, **free), pilot, cost)
     short = load_scene(scene, **free, **{"run.end": float(pilot.time[-1])})
     trajectory, cost = run_timed(short)
-    return Foretold(short, trajectory, replace(cost, end=scene.run.end))
+    return Prediction(short, trajectory, replace(cost, end=scene.run.end))
 
 
 def measure_all(
@@ -135,12 +142,12 @@ def measure_all(
     budget: float = math.inf,
     skip: Callable[[str, Mapping[str, Measured]], bool] | None = None,
 ) -> dict[str, Measured]:
-    """Run scenes side by side, and again and again, against a reference with their snapshots.
+    """Run each scene several times, and measure its distance from a reference and its cost.
 
-    Repetitions are interleaved, so that what else the machine does falls on all alike. Every scene
-    runs once, unless ``skip`` of its name and of what has been measured so far says no; it is
-    repeated as far as a ``budget`` of nominal seconds allows. A scene whose integrator refuses it,
-    or whose start its tolerance does not resolve, is left out.
+    The scenes take turns, so that other programs on the machine affect all of them alike. Every
+    scene runs once, unless ``skip(name, measured so far)`` is true, and again as far as a
+    ``budget`` of nominal seconds allows. A scene is left out if its integrator refuses it or if
+    its tolerance does not resolve its start.
     """
     found: dict[str, Measured] = {}
     for name, scene in scenes.items():

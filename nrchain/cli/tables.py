@@ -79,7 +79,7 @@ def predictions_table(predicted: Plan) -> Table:
 
 def contributions_table(effects: EffectPlan) -> Table:
     """What each effect contributes and costs, one effect a row."""
-    from nrchain.accuracy.plan_effects import COLUMNS
+    from nrchain.accuracy.effect_cells import COLUMNS
 
     table = plain_table()
     table.collapse_padding = True

@@ -12,7 +12,8 @@ from typer.testing import CliRunner
 
 from nrchain import load_scene, simulate
 from nrchain.accuracy import cost, timing
-from nrchain.accuracy.cost import Point, WorkPrecision, work_precision
+from nrchain.accuracy.cost import Point, WorkPrecision, short_runs, work_precision
+from nrchain.accuracy.cost.settings import TOLERANCES
 from nrchain.accuracy.timing import Measured, distance, measure_all, run_timed
 from nrchain.cli.app import app
 from nrchain.cli.exits import REFUSED
@@ -124,10 +125,10 @@ def test_a_tighter_tolerance_is_left_out_where_the_one_before_took_too_long():
     short = measured(1e-3, 1.0)
     points = {"bdf 0": replace(short, nominal=9.0), "bdf 1": replace(short, nominal=2.0)}
     points["cvode 0"] = replace(short, nominal=0.5)
-    assert cost._too_long(changes, "bdf 2", points, 1.0)
-    assert not cost._too_long(changes, "bdf 2", points, 3.0)
-    assert not cost._too_long(changes, "cvode 1", points, 1.0)
-    assert not cost._too_long(changes, "cvode 0", {"bdf 0": points["bdf 0"]}, 1.0)
+    assert short_runs._too_long(changes, "bdf 2", points, 1.0)
+    assert not short_runs._too_long(changes, "bdf 2", points, 3.0)
+    assert not short_runs._too_long(changes, "cvode 1", points, 1.0)
+    assert not short_runs._too_long(changes, "cvode 0", {"bdf 0": points["bdf 0"]}, 1.0)
 
 
 def test_advice_is_the_cheapest_setting_that_is_sure():
@@ -145,7 +146,7 @@ def test_advice_says_when_the_target_is_out_of_reach():
     advice = found(measured(1e-3, 1.0), measured(7e-5, 2.0)).advise(1e-6)
     assert not advice.reached
     assert advice.point.setting == "setting 1"
-    assert "no setting" in advice.sure[0]
+    assert "no setting reaches" in advice.sure[0]
 
 
 def test_a_chain_that_does_not_move_is_measured_too():
@@ -180,8 +181,10 @@ def test_of_a_part_too_small_nothing_is_carried_on(part):
     assert table.whole_run(advice.point.measured) is None
     assert (advice.point.setting, advice.error, advice.seconds) == ("setting 0", 1e-6, (1.0, 2.0))
     assert advice.lines()[0].endswith("for the part that was run")
-    assert f"not sure for the whole run: {part:.2g} of it" in advice.lines()[1]
-    assert any(line.startswith("the scene as it is: not known") for line in table.notes())
+    assert (
+        f"not known for the whole run: the short runs cover {part:.2g} of it" in advice.lines()[1]
+    )
+    assert any(line.startswith("the unchanged scene: not known") for line in table.notes())
 
 
 @pytest.fixture(scope="module")
@@ -196,7 +199,7 @@ def test_work_precision_of_a_scene(measured_scene):
     assert len(stages) == 4
     assert result.reference_error < 1e-7
     stepping = {p.setting: p.measured for p in result.points if p.axis == "stepping"}
-    for scheme in cost.TOLERANCES:
+    for scheme in TOLERANCES:
         loose, tight = stepping[f"{scheme}, 1e-03"], stepping[f"{scheme}, 1e-07"]
         assert tight.error < 1e-2 * loose.error
         assert tight.work.steps > loose.work.steps
@@ -216,7 +219,7 @@ def test_the_budget_shortens_the_runs():
     assert any(f"{result.reached:.4g}" in note for note in result.notes())
     advice = result.advise(1e-3)
     assert not advice.known
-    assert any("a larger --budget runs more of it" in line for line in advice.lines())
+    assert any("a larger --budget covers more" in line for line in advice.lines())
     assert work_precision(result.scene, budget=1.0).part > result.part
 
 
@@ -274,9 +277,9 @@ def test_limits_of_the_scene_do_not_cut_the_measurement():
     limited = load_scene(SMALL, **{"run.max_steps": 3, "run.max_seconds": 1e-6})
     measured = work_precision(limited, budget=0.3)
     assert all(math.isfinite(one.measured.error) for one in measured.points)
-    assert any("without run.max_steps" in line for line in measured.notes())
+    assert any("ignore run.max_steps" in line for line in measured.notes())
     assert not any(
-        "without run.max_steps" in line for line in replace(measured, scene=SMALL).notes()
+        "ignore run.max_steps" in line for line in replace(measured, scene=SMALL).notes()
     )
 
 
@@ -305,6 +308,6 @@ def test_effects_left_to_choice_are_chosen_before_anything_is_measured(monkeypat
     def shortened(scene, allowed):
         raise SceneError("reached", scene.effects, "is what is measured")
 
-    monkeypatch.setattr(cost, "_shortened", shortened)
+    monkeypatch.setattr(short_runs, "_shortened", shortened)
     with pytest.raises(SceneError, match="reached = 'named'"):
         work_precision(load_scene(SMALL, effects="auto", tolerance=0.1))

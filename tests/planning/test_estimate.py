@@ -9,7 +9,8 @@ import pytest
 
 import nrchain
 from nrchain import work
-from nrchain.accuracy.plan_effects import COLUMNS, plan_effects
+from nrchain.accuracy.effect_cells import COLUMNS
+from nrchain.accuracy.plan_effects import plan_effects
 from nrchain.planning.estimate import estimate_effects
 from nrchain.planning.paired import apart
 from nrchain.planning.scene_changes import changes_of
@@ -100,7 +101,7 @@ def test_what_is_said_below_a_table_explains_the_marks_in_it_and_no_others(name,
     found = plan_effects(scene, estimate_effects(scene, budget=budget))
     shown = " ".join(cell for row in found.rows() for cell in row)
     told = " ".join([*found.remarks(), *found.notes()])
-    for mark, meaning in (("*", "* is at t"), ("?", "? stands for"), ("+ ", "+ marks effects")):
+    for mark, meaning in (("*", "* is at t"), ("?", "? is not"), ("+ ", "+ marks effects")):
         assert (mark in shown) == (meaning in told), (mark, shown, told)
     assert ("times the work of the run" in told) == (found.estimates.probed > 0.0)
     assert f"the run: {found.cost.words()}" in told
@@ -169,7 +170,7 @@ def test_the_time_of_an_effect_is_what_it_takes_or_would_add():
         times = [dropped if kind == "drop" else added for kind in kinds]
         rows = replace(plan, own=own, others=times).rows()
         for kind, row in zip(kinds, rows, strict=False):
-            assert row[COLUMNS.index("time")] == (taken if kind == "drop" else brought)
+            assert row[COLUMNS.index("cost")] == (taken if kind == "drop" else brought)
 
 
 def test_the_reach_of_a_disturbed_flow_is_a_change():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import nrchain
-from nrchain.accuracy.cost import _levels
+from nrchain.accuracy.cost.settings import reach_and_model
 from nrchain.planning.plan import plan
 
 RATE, D, COUNT, RADIUS = 0.01, 7.0, 9, 1.4
@@ -48,7 +48,7 @@ def test_a_plan_is_silent_where_nothing_is_cut(changes):
 
 
 def test_cost_compares_reach_and_size_of_a_disturbed_flow():
-    axes = _levels(make(**{"flow.neighbours": 1}))
+    axes = reach_and_model(make(**{"flow.neighbours": 1}))
     assert axes["reach"]["2 neighbours"] == {"flow.neighbours": 2}
     assert axes["reach"]["all pairs"] == {"flow.neighbours": "all"}
     assert axes["model"] == {
@@ -61,7 +61,7 @@ def test_cost_compares_reach_and_size_of_a_disturbed_flow():
             "friction": "pairwise",
         },
     }
-    both = _levels(make(**{"slip.2s": 10.0}))
+    both = reach_and_model(make(**{"slip.2s": 10.0}))
     assert both["reach"]["1 neighbour"] == {"slip.neighbours": 1, "flow.neighbours": 1}
     assert both["model"]["… with finite size"] == {
         "slip.neighbours": "all",

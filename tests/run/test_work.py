@@ -13,7 +13,7 @@ import nrchain
 from nrchain import work
 from nrchain.accuracy.cost import work_precision
 from nrchain.accuracy.plan_effects import plan_effects
-from nrchain.accuracy.timing import foretell
+from nrchain.accuracy.timing import predict_cost
 from nrchain.cli.app import app
 from nrchain.planning.nominal_cost import evaluation_cost
 from nrchain.run.work import CARRIED, LAPS, STRANGE, RunCost, Stopwatch, Work, carried, cost_of
@@ -201,7 +201,7 @@ def test_plan_cost_and_run_tell_one_number(tmp_path):
     assert {one.work for one in told} == {run.work}
     words = f"{run.work.words()} in {expected:.0f} s of processor time"
     assert f"the run: {words}" in planned.notes()
-    assert f"the scene as it is: {words}" in measured.notes()
+    assert f"the unchanged scene: {words}" in measured.notes()
     assert printed.exit_code == 0, printed.stderr
     shown = printed.stderr + printed.stdout
     assert f"{expected:.0f} s" in shown
@@ -231,7 +231,9 @@ def test_what_is_foretold_of_a_part_holds_for_the_whole():
     scene = nrchain.load_scene("spiral-left", **{"run.end": 20.0})
     with fake_processor(Processor()):
         whole = cost_of(nrchain.simulate(scene))
-        part = foretell(scene, allowed=0.3 * whole.work.evaluations * evaluation_cost(scene)).cost
+        part = predict_cost(
+            scene, allowed=0.3 * whole.work.evaluations * evaluation_cost(scene)
+        ).cost
     assert 1.0 / CARRIED < part.part < 0.5
     least, most = part.whole
     assert least / 1.5 <= whole.seconds <= 1.5 * most
@@ -240,7 +242,7 @@ def test_what_is_foretold_of_a_part_holds_for_the_whole():
 
 def test_how_much_is_run_hangs_on_no_clock(monkeypatch):
     scene = nrchain.load_scene(SCENE, **{"run.end": 1e5})
-    quick = foretell(scene, allowed=5e-3)
+    quick = predict_cost(scene, allowed=5e-3)
     now = 0.0
 
     def hours():
@@ -249,7 +251,7 @@ def test_how_much_is_run_hangs_on_no_clock(monkeypatch):
         return now
 
     monkeypatch.setattr(work, "clock", hours)
-    slow = foretell(scene, allowed=5e-3)
+    slow = predict_cost(scene, allowed=5e-3)
     assert slow.scene == quick.scene
     assert slow.cost.work == quick.cost.work
     assert slow.cost.seconds > 3600.0
@@ -262,7 +264,7 @@ def test_a_run_that_stops_has_cost_what_it_took():
     scene = nrchain.load_scene(
         {"chain.particles": 3, "slip.2s": -100.0, "run.end": 100.0, "run.atol": 1e-9} | limp
     )
-    cost = foretell(scene).cost
+    cost = predict_cost(scene).cost
     assert cost.part == 1.0
     assert cost.end < 100.0
     assert cost.factors == (1.0, 1.0)

@@ -1,0 +1,56 @@
+"""What a measurement of error against work tries: integrators, tolerances, reaches and models."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from nrchain.planning.scene_changes import all_pairs, all_sizes, reach_keys
+from nrchain.scene.scene import Scene, load_scene
+
+Axis = Literal["stepping", "reach", "model"]
+Changes = dict[str, Any]
+
+TOLERANCES = {
+    "cvode": (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9),
+    "radau": (1e-3, 1e-4, 1e-5, 1e-6, 1e-7),
+    "scipy-bdf": (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8),
+}
+"""Tolerances tried with each integrator. Their errors go from about 1e-2 to 1e-7 radii."""
+
+REFERENCE = "cvode", 1e-12
+SECOND_OPINION = (("radau", 1e-9), ("cvode", 1e-10))
+"""An independent run, whose distance from the reference is taken for the error of the reference.
+The second is used where the first is refused."""
+
+LIMITS = ("run.max_steps", "run.max_seconds")
+"""Budgets of the scene itself, which the short runs ignore."""
+
+LONGEST_REACH = 64
+"""Largest number of neighbours tried, short of all pairs."""
+
+
+def stepping_changes(integrator: str, tolerance: float) -> Changes:
+    """The changes that set the integrator and both tolerances."""
+    return {"run.integrator": integrator, "run.rtol": tolerance, "run.atol": tolerance}
+
+
+def reach_and_model(short: Scene) -> dict[Axis, dict[str, Changes]]:
+    """Settings of reach and model, each with one change more than the last."""
+    keys, every, reach = reach_keys(short), all_pairs(short), 1
+    axes: dict[Axis, dict[str, Changes]] = {"reach": {}, "model": {"the scene itself": {}}}
+    while keys and reach <= min(short.chain.particles - 2, LONGEST_REACH):
+        axes["reach"][f"{reach} neighbour{'s' * (reach > 1)}"] = dict.fromkeys(keys, reach)
+        reach *= 2
+    if len(every) == len(keys):
+        axes["reach"]["all pairs"] = every
+    level: Changes = {}
+    friction = {"friction": "pairwise"} if short.friction.kind == "one-body" else {}
+    for name, further in (
+        ("all pairs", every),
+        ("… with finite size", all_sizes(short)),
+        ("… and pairwise friction", friction),
+    ):
+        if load_scene(short, **level, **further) != load_scene(short, **level):
+            level = level | further
+            axes["model"][name] = level
+    return {axis: settings for axis, settings in axes.items() if len(settings) > 1}
