@@ -14,6 +14,7 @@ import numpy as np
 
 from nrchain.analysis.decomposition import Decomposition
 from nrchain.trajectory.trajectory import Trajectory
+from nrchain.view.chain_views import DISCERNIBLE
 from nrchain.view.drawing import (
     INK,
     LINE,
@@ -29,7 +30,6 @@ from nrchain.view.drawing import (
     style,
     write_title,
 )
-from nrchain.view.plots import DISCERNIBLE
 
 LEAST = 1e-12
 """Fraction of the largest size below which a size is rounding and is not drawn."""

@@ -13,8 +13,9 @@ from matplotlib.figure import Figure
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.scene.scene import load_scene, slip_text
 from nrchain.trajectory.trajectory import Trajectory
+from nrchain.view.chain_views import DISCERNIBLE
 from nrchain.view.panels import SLENDER
-from nrchain.view.plots import DISCERNIBLE, draw_chain
+from nrchain.view.plots import draw_chain
 
 
 def trajectory_of(positions, status="completed", **changes):
