@@ -8,7 +8,7 @@ from nrchain.planning.estimate import RESOLUTION, Estimate
 from nrchain.planning.scene_changes import Change, Refused
 from nrchain.wording import span
 
-COLUMNS = ("effect", "velocity", "growth", "displacement", "rotation", "cost")
+COLUMNS = ("effect", "velocity", "growth", "displaced", "rotated", "cost")
 """The columns of the table."""
 
 

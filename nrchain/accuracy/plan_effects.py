@@ -88,7 +88,7 @@ class EffectPlan:
             "velocity: largest contribution to |v|/a or |ω| of any sphere, per unit time; a range "
             "goes from its value at the start to its maximum over the probe",
             growth,
-            "displacement, rotation: largest change of a position, in radii, and of a frame, in "
+            "displaced, rotated: largest change of a position, in radii, and of a frame, in "
             "radians, at the end of the run, or where one of both runs stops",
             "cost: share of the time of a right-hand side that the effect takes, or would add",
             f"the run: {self.cost if isinstance(self.cost, str) else self.cost.words()}",

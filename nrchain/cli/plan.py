@@ -31,6 +31,6 @@ def plan(
     predicted = predict(loaded)
     show(predictions_table(predicted))
     effects = plan_effects(loaded, estimate_effects(loaded, budget=budget))
-    show(contributions_table(effects))
+    show(contributions_table(effects), whole=True)
     show(*effects.remarks(), *effects.notes(), soft_wrap=True)
     report_risks(loaded, predicted.warnings)

@@ -218,7 +218,7 @@ def test_plan_writes_nothing_and_warns(tmp_path, stub, monkeypatch):
         "growth",
         "reach",
         "slip 2s",
-        "displacement, rotation:",
+        "displaced, rotated:",
     ):
         assert part in result.stdout
     assert "warning: out of the beam limit" in result.stderr
