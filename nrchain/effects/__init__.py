@@ -1,1 +1,1 @@
-"""One file an effect, and the registry that gives scenes their sections."""
+"""One file for each effect, their base class, and the registry."""

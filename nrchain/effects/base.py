@@ -1,10 +1,9 @@
-"""(F, T) or (v, ω) of one effect: what an effect is, and what it must know of itself.
+"""(F, T) or (v, ω) of one effect: the base class of effects.
 
-An effect is a class. The class says what it is called, what it does in one line and one equation,
-whether a scene calls for it, how to take it out, what it costs and how large it is; an object of
-it, made for a scene, gives a wrench or a twist to every sphere, and its derivative. Registered with
-:func:`nrchain.register_effect` it takes part wherever effects do: in scenes, runs, files,
-decompositions and tests.
+The class of an effect states its name, its equation, whether it acts in a scene, how to remove it,
+its cost and its size. An object of the class, built for a scene, adds a wrench or a twist to every
+sphere, and gives the derivative. :func:`nrchain.register_effect` makes it available in scenes,
+runs, files and decompositions.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from nrchain.scene.scene import Scene, load_scene
 
 
 class Cost(NamedTuple):
-    """The work of an effect at every right-hand side: how many links, pairs or spheres it visits.
+    """The work of an effect in one evaluation: the number of links, pairs or spheres it sums over.
 
     A pair counts twice, once for each sphere that feels the other.
     """
@@ -35,44 +34,45 @@ class Cost(NamedTuple):
 
 
 class Effect:
-    """What one cause does to every sphere: a wrench (F, T), or a twist (v, ω).
+    """(F, T) or (v, ω) of every sphere, due to one cause.
 
-    A class of your own states ``name``, ``summary``, ``equation`` and ``Section``, gives
+    Your own class states ``name``, ``summary``, ``equation`` and ``Section``. It defines
     :meth:`add_wrenches` or :meth:`add_twists`, and the derivative by :meth:`linearise`,
-    :meth:`add_blocks` and :meth:`add_product`; :class:`OneBodyEffect` asks for less where a sphere
-    feels its own pose alone.
+    :meth:`add_blocks` and :meth:`add_product`. If the effect on a sphere depends on its own pose
+    alone, derive from :class:`OneBodyEffect`, which needs less.
 
     Attributes
     ----------
     name
-        What lists and decompositions call it.
+        Its name in lists and decompositions.
     key
-        The scene key that calls for it.
+        The scene key that switches it on.
     summary, equation
         One line each.
     absence
-        What is said of a scene without it; the summary unless given.
+        The line for a scene without it; by default the summary.
     gives
-        ``"wrench"`` or ``"twist"``; ``"mobility"`` for what turns the wrenches of others to twists.
+        ``"wrench"`` or ``"twist"``; ``"mobility"`` if it turns the wrenches of other
+        effects into twists.
     Section
-        The table ``[name]`` of a scene, every key with a default; None for an effect that other
-        sections call for.
+        The table ``[name]`` of a scene, with a default for every key; None if other sections
+        switch the effect on.
     example
-        Changes to a scene that call for it: what the tests of all effects run it with.
+        Changes to a scene that switch it on, used by tests and by :func:`nrchain.check_effect`.
     covariant
-        Whether a chain that is moved and turned as a whole takes what it feels along.
+        Whether wrenches or twists move and rotate with the chain as a whole.
     placed
-        Whether it depends on where in the lab a sphere is, and not only on differences of
-        positions, which keep their digits however far a chain swims.
+        Whether it depends on absolute positions in the lab, and not only on differences of
+        positions.
     carries
-        Whether it may carry or spin the chain as a whole, so that charts had better move with it.
+        Whether it may translate or spin the chain as a whole; charts then move with the chain.
     torque_free
-        Whether its wrench is a force alone, however the spheres are turned.
+        Whether its wrench is a force without torque, for all frames.
     fused
-        Whether the model does its work in one pass with that of others.
+        Whether the model sums it in one pass with other effects.
     places
-        How far along the chain the blocks of :meth:`add_blocks` are the whole derivative; None if
-        only :meth:`add_product` is.
+        Number of neighbours on either side for which :meth:`add_blocks` gives the whole derivative;
+        None if only :meth:`add_product` does.
     """
 
     name: ClassVar[str]
@@ -98,7 +98,7 @@ class Effect:
         self.scene = scene
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # the scene is all there is to an effect; what it was last evaluated at is not kept
+        # the scene defines an effect; the last point of linearisation is not kept
         return type(self), (self.scene,)
 
     @classmethod
@@ -109,7 +109,7 @@ class Effect:
 
     @classmethod
     def acts(cls, scene: Scene) -> bool:
-        """Whether it contributes to a scene; unless said better, whether any key is not default."""
+        """Whether it contributes to a scene; by default, whether the scene has its section."""
         assert cls.Section is not None
         return cls.Section.path in scene.further
 
@@ -125,12 +125,12 @@ class Effect:
 
     @classmethod
     def balanced(cls, scene: Scene) -> bool:
-        """Whether its forces on all spheres add up to nothing, as internal forces do."""
+        """Whether its forces on all spheres sum to zero, as internal forces do."""
         return False
 
     @classmethod
     def states_balance(cls) -> bool:
-        """Whether the class says itself what :meth:`balanced` is."""
+        """Whether the class defines :meth:`balanced` itself."""
         return vars(Effect)["balanced"].__func__ is not getattr(cls.balanced, "__func__", None)
 
     @classmethod
@@ -143,12 +143,12 @@ class Effect:
 
     @classmethod
     def cost(cls, scene: Scene) -> Cost:
-        """What it visits at every right-hand side where it acts."""
+        """Its work in one evaluation; by default, one visit of every sphere."""
         return Cost(scene.chain.particles, "spheres")
 
     @classmethod
     def scale(cls, scene: Scene) -> float:
-        """The size of its velocities, max (|v|, a|ω|); unless better known, that at the start."""
+        """max (|v|, a|ω|): the size of its velocities; by default, that at the start."""
         out = np.zeros((scene.chain.particles, 6))
         effect, poses = cls(scene), initial_poses(scene)
         if cls.gives == "wrench":
@@ -160,15 +160,14 @@ class Effect:
 
     @classmethod
     def straight(cls, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-        """What it does to a sphere of the infinite straight chain: (6,), and (6, 6) with its pose.
+        """(F, T) or (v, ω) (6,) of a sphere of the infinite straight chain, and ∂/∂(u, φ) (6, 6).
 
-        A wrench, or a twist, and its derivative with (u, φ), when every sphere feels the same, by
-        its own pose alone. Refused where no straight chain stays as it is, and by a class that
-        does not say.
+        For effects that are the same for every sphere and depend on its own pose alone. Raises
+        SceneError if the chain does not stay straight, or if the class does not define it.
         """
         allowed = (
-            f"has no part in the laws of the endless straight chain ({cls.__name__}.straight does"
-            " not say what it does there): take it out of the scene"
+            "is not part of the theory of the infinite straight chain"
+            f" ({cls.__name__}.straight is not defined): remove it from the scene"
         )
         raise SceneError(cls.key, cls.detail(scene), allowed)
 
@@ -183,27 +182,27 @@ class Effect:
     def linearise(self, positions: np.ndarray, frames: np.ndarray) -> None:
         """Take the derivative here, for :meth:`add_blocks` and :meth:`add_product`.
 
-        It stays as it is while wrenches or twists are evaluated elsewhere.
+        Later evaluations of wrenches or twists at other poses do not change it.
         """
         raise NotImplementedError
 
     def add_blocks(self, blocks: np.ndarray) -> None:
         """blocks (N, 2w + 1, 6, 6)[i, w + m] += ∂(F, T)_i or ∂(v, ω)_i / ∂(u, φ)_{i+m}.
 
-        u displaces and φ turns a sphere in the lab. Derivatives beyond w places are left out.
+        u displaces and φ rotates a sphere in the lab. Derivatives beyond w neighbours are left out.
         """
         raise NotImplementedError
 
     def add_product(self, poses: np.ndarray, out: np.ndarray) -> None:
-        """out (N, 6) += the change of the wrenches or twists with ``poses`` (N, 6), all of it."""
+        """out (N, 6) += ∂(F, T) or ∂(v, ω) · ``poses`` (N, 6), the whole derivative."""
         raise NotImplementedError
 
     energy: Any = None
-    """``energy(positions, frames)`` is V of an effect with F = −∂V/∂r and T = −∂V/∂φ, if any."""
+    """``energy(positions, frames)`` = V if F = −∂V/∂r and T = −∂V/∂φ; otherwise None."""
 
 
 class OneBodyEffect(Effect):
-    """An effect that a sphere feels by its own pose alone: only :meth:`derivative` is asked for."""
+    """An effect that depends on the own pose of a sphere alone: :meth:`derivative` is enough."""
 
     places = 0
 

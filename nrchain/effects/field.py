@@ -1,7 +1,7 @@
 """F = f + Σ_a f_a e_a, T = t + Σ_a t_a e_a: one force and one torque on every sphere.
 
-f and t are vectors of the lab (gravity, a magnetic torque on spheres that point one way); f_a and
-t_a are components along the axes e_a of each sphere, and turn with it.
+f and t are vectors in the lab (gravity, a magnetic torque on aligned spheres); f_a and t_a are
+components along the axes e_a of each sphere, and rotate with it.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class Field(OneBodyEffect):
 
     @classmethod
     def balanced(cls, scene: Scene) -> bool:
-        """Torques alone: their flow falls off as 1/r², and that of both sides cancels."""
+        """True for torques alone: their flow decays as 1/r², and opposite images cancel."""
         section = cls.section(scene)
         return not any(section.force) and not any(section.body_force)
 
@@ -89,7 +89,7 @@ class Field(OneBodyEffect):
 
     @classmethod
     def straight(cls, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-        """The wrench on a sphere with its frame along the lab, and how it turns with it."""
+        """(F, T) on a sphere with its frame along the lab, and its derivative."""
         field, wrench, frames = cls(scene), np.zeros((1, 6)), np.eye(3)[None]
         field.add_wrenches(np.zeros((1, 3)), frames, wrench)
         return wrench[0], field.derivative(np.zeros((1, 3)), frames)[0]

@@ -1,8 +1,8 @@
-"""u → (1 + a²∇²/6)(1 + a²∇²/(4l + 2)) u: spheres of finite size, in the slip flows they set up.
+"""u → (1 + a²∇²/6)(1 + a²∇²/(4l + 2)) u: finite size of spheres in their slip flows.
 
-The first factor is Faxén's for the sphere that feels a flow, the second that of the sphere whose
-slip sets it up (paper, Table active_force_torque). Only the velocity of 2s is changed, by a part of
-order (a/r)²: the flows of the other modes, and the angular velocity of all, are harmonic.
+The first factor is Faxén's, for the sphere that feels the flow; the second is that of the acting
+sphere (paper, Table active_force_torque). Only the velocity of 2s changes, by a term of order
+(a/r)²: the flows of the other modes and the angular velocities of all modes are harmonic.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from nrchain.scene.scene import Scene, load_scene
 
 @register_effect
 class FiniteSize(FlowEffect):
-    """What the finite size of spheres adds to the slip flows of the nearest neighbours.
+    """The finite-size correction of the slip flows of the nearest neighbours.
 
-    What it adds to those from farther away is part of the effect ``reach``.
+    The correction for farther spheres is part of the effect ``reach``.
     """
 
     name = "finite size"

@@ -1,7 +1,7 @@
 """v = G·r, ω = ½ curl(G·r): spheres carried by a background flow, a shear or an extension.
 
 G is the gradient ∂u_p/∂r_q of the flow far from the chain, constant and traceless; the origin of
-the lab stands still. What rigid spheres do against being strained is the effect ``strain``.
+the lab is at rest. How rigid spheres disturb the flow is the effect ``strain``.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from nrchain.scene.sections import NEIGHBOURS
 Matrix = tuple[tuple[float, float, float], ...]
 
 TRACE = 1e-12
-"""How much of its largest number the trace of a gradient may be: rounding."""
+"""Largest trace of a gradient, relative to its largest entry: rounding."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlowSpec(Section):
-    """G of u = G·r, row by row, without trace; and whether spheres disturb it by being rigid.
+    """u = G·r: the rows of a traceless G, and the disturbance of the flow by rigid spheres.
 
-    ``neighbours`` is how many places along the chain that disturbance is felt; with
+    ``neighbours`` is the number of neighbours on either side that feel the disturbance. With
     ``finite_size`` it has the factors (1 + a²∇²/6)(1 + a²∇²/10).
     """
 
@@ -78,7 +78,7 @@ class Flow(OneBodyEffect):
 
     @classmethod
     def check(cls, scene: Scene) -> None:
-        """On a chain that repeats along x, so must the flow."""
+        """Refuse a flow that changes along x on a periodic chain."""
         gradient = cls.section(scene).gradient
         if scene.chain.ends == "periodic" and any(row[0] for row in gradient):
             allowed = (
@@ -96,7 +96,7 @@ class Flow(OneBodyEffect):
     def straight(cls, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
         """The twist of a sphere on the x axis, and G as its derivative with u.
 
-        Refused for a flow that changes along x: a chain along x does not stay as it is.
+        Raises SceneError for a flow that changes along x: it stretches or rotates the chain.
         """
         flow, twist, own = cls(scene), np.zeros((1, 6)), np.zeros((6, 6))
         if flow._gradient[:, 0].any():

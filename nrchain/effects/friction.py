@@ -1,7 +1,7 @@
-"""(v, ω)_i += Σ_{j≠i} μ_ij · (F, T)_j: wrenches move other spheres through the fluid between them.
+"""(v, ω)_i += Σ_{j≠i} μ_ij · (F, T)_j: wrenches move other spheres through the fluid.
 
 The mobilities are those of Rotne, Prager and Yamakawa (:mod:`nrchain.hydrodynamics.friction`).
-Without this effect every sphere is slowed by the fluid as if it were alone.
+Without this effect every sphere has the drag of a single sphere.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from nrchain.scene.scene import Scene, load_scene
 
 @register_effect
 class FrictionBetweenSpheres(Effect):
-    """The rest of the mobility, beside each sphere's own drag."""
+    """The mobility between different spheres."""
 
     name = "friction between spheres"
     key = "friction.kind"
@@ -31,7 +31,7 @@ class FrictionBetweenSpheres(Effect):
 
     @classmethod
     def check(cls, scene: Scene) -> None:
-        """Refuse net forces and reaches whose sum over the images of a periodic chain is none."""
+        """Refuse net forces and reaches without a sum over the images of a periodic chain."""
         refuse_net_forces(scene)
         if scene.chain.ends == "periodic":
             refuse_reach(scene, "friction.neighbours", scene.friction.neighbours)
@@ -50,6 +50,6 @@ class FrictionBetweenSpheres(Effect):
 
     @classmethod
     def scale(cls, scene: Scene) -> float:
-        """3a/2d, the mobility of a neighbour over a sphere's own, of what the wrenches give."""
+        """3a/2d, the mobility of neighbours over a sphere's own, times the wrench velocity."""
         wrenches = [other.scale(scene) for other in acting(scene) if other.gives == "wrench"]
         return 1.5 * scene.chain.radius / scene.chain.spacing * max(wrenches, default=0.0)

@@ -18,7 +18,7 @@ from nrchain.scene.scene import Scene, load_scene
 
 @register_effect
 class Reach(FlowEffect):
-    """What spheres from the second neighbours on add to the slip flows, finite size included."""
+    """The slip flows of second and farther neighbours, with their finite size."""
 
     name = "reach"
     key = "slip.neighbours"

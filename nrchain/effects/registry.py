@@ -1,7 +1,7 @@
-"""The effects there are: those of this package, one file each, and those that are registered.
+"""All effects: those of this package, one file each, and those that a user registers.
 
-A file of this package that registers a class is found by its being there. Nothing is imported
-before it is asked for, so that reading a scene which names no further section stays light.
+Every file of this package is imported when the list of effects is first needed. Reading a scene
+without further sections imports none of them.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from nrchain.scene.scene import Scene
 Registered = TypeVar("Registered", bound=type[Effect])
 
 FIRST = ("stretch", "shear", "twist", "bend", "slip", "finite_size", "reach", "friction", "steric")
-"""The order in which effects are listed; those of other files come after, by name."""
+"""The order of effects in lists; effects of other files follow by name."""
 
 RESERVED = ("support", "total")
-"""Names that decompositions have for what is no effect."""
+"""Rows of decompositions that are not effects."""
 
 _EFFECTS: dict[str, type[Effect]] = {}
 _FAMILIES: dict[str, Callable[[], Iterable[type[Effect]]]] = {}
@@ -35,12 +35,12 @@ _DERIVATIVE = ("linearise", "add_blocks", "add_product")
 
 
 def register_effect(cls: Registered) -> Registered:
-    """Make an effect known to scenes, runs, decompositions and tests, and return it.
+    """Make an effect available to scenes, runs and decompositions, and return it.
 
-    Its ``Section`` becomes the table ``[name]`` of a scene. A trajectory file names its effects,
-    it does not hold them: register an effect again before opening or resuming a run of it. Raises
-    :class:`~nrchain.errors.SceneError` for a name that is taken and a class that lacks something;
-    :func:`nrchain.check_effect` says whether what it has is right.
+    Its ``Section`` becomes the table ``[name]`` of a scene. A trajectory file stores the names of
+    its effects only: register an effect again before you open or resume a run that uses it. Raises
+    :class:`~nrchain.errors.SceneError` if the name is taken or the class is incomplete.
+    :func:`nrchain.check_effect` tests whether the class is correct.
     """
     if not (isinstance(cls, type) and issubclass(cls, Effect)):
         raise SceneError("effect", cls, "must be a class derived from nrchain.Effect")
@@ -61,40 +61,40 @@ def register_effect(cls: Registered) -> Registered:
 
 
 def register_family(name: str, members: Callable[[], Iterable[type[Effect]]]) -> None:
-    """Make known the effects that a table gives rise to, one class an entry."""
+    """Add effects that are generated from a table, one class for each entry."""
     _FAMILIES[name] = members
 
 
 def unregister_effect(effect: type[Effect] | str) -> None:
-    """Forget an effect that was registered, given as its class or its name.
+    """Remove a registered effect, given as its class or its name.
 
-    Scenes that name it are refused from then on.
+    Scenes that name it are refused.
     """
     name = effect if isinstance(effect, str) else effect.name
     known = _EFFECTS.get(name)
     if known is None or not (isinstance(effect, str) or known is effect):
         raise SceneError("effect", name, "is not registered")
     if _is_own(known):
-        raise SceneError("effect", name, "is one of the package, and stays")
+        raise SceneError("effect", name, "is part of nrchain and cannot be removed")
     del _EFFECTS[name]
 
 
 def _is_own(cls: type[Effect]) -> bool:
-    """Whether a file of this package has it."""
+    """Whether it is defined in a file of this package."""
     return cls.__module__.startswith(f"{nrchain.effects.__name__}.")
 
 
 def _check_name(cls: type[Effect]) -> None:
     if cls.name in RESERVED:
-        allowed = "is what decompositions call something else; choose a new one"
+        allowed = "is a reserved row of decompositions; choose a new name"
         raise SceneError("effect name", cls.name, allowed)
     for known in effects():
         if known.name == cls.name and known is not cls:
-            allowed = "is taken by another effect; choose a new one"
+            allowed = "is taken by another effect; choose a new name"
             if known.__qualname__ == cls.__qualname__:
                 allowed = (
-                    f"is that of an earlier {cls.__qualname__}; to replace it, as when a cell of a"
-                    f" notebook runs again, call nrchain.unregister_effect({cls.name!r}) first"
+                    f"is taken by an earlier {cls.__qualname__}; to replace it, for example when a"
+                    f" notebook cell runs again, call nrchain.unregister_effect({cls.name!r}) first"
                 )
             raise SceneError("effect name", cls.name, allowed)
 
@@ -107,7 +107,7 @@ def _check_section(cls: type[Effect]) -> None:
     if not dataclasses.is_dataclass(kind):
         raise SceneError(key, kind.__name__, "must be a frozen dataclass with a rule for each key")
     if not kind.path.isidentifier() or hasattr(Scene, kind.path) or kind.path in Scene.rules():
-        allowed = "must name the section, and be no key and no attribute that every scene has"
+        allowed = "must be the name of the section, and not a key or attribute of every scene"
         raise SceneError(f"{key}.path", kind.path, allowed)
     for known in _EFFECTS.values():
         if known.Section and known.Section.path == kind.path and known.name != cls.name:
@@ -120,9 +120,7 @@ def _check_section(cls: type[Effect]) -> None:
 
 def _check_methods(cls: type[Effect]) -> None:
     if cls.Section is None:
-        raise SceneError(
-            f"effect {cls.name}.Section", None, "must be the section that calls for it"
-        )
+        raise SceneError(f"effect {cls.name}.Section", None, "must be the section of the effect")
     needed = [_METHODS.get(cls.gives, ""), *_DERIVATIVE]
     if not needed[0]:
         allowed = f"must be one of {', '.join(_METHODS)}"
@@ -131,7 +129,7 @@ def _check_methods(cls: type[Effect]) -> None:
         needed.append("derivative")
     for name in needed:
         if getattr(cls, name) in (getattr(Effect, name, None), OneBodyEffect.derivative):
-            raise SceneError(f"effect {cls.name}.{name}", None, "must be given by the class")
+            raise SceneError(f"effect {cls.name}.{name}", None, "must be defined by the class")
 
 
 @cache
@@ -140,7 +138,7 @@ def _files() -> tuple[str, ...]:
 
 
 def effects() -> tuple[type[Effect], ...]:
-    """Every effect known, built-in ones first."""
+    """All effects, those of the package first."""
     for name in _files():
         importlib.import_module(f"nrchain.effects.{name}")
 
@@ -155,7 +153,7 @@ def effects() -> tuple[type[Effect], ...]:
 
 
 def find_effect(name: str) -> type[Effect]:
-    """The effect of a name; unknown names raise with those there are."""
+    """The effect of a name. Raises SceneError with the known names for an unknown one."""
     for cls in effects():
         if cls.name == name:
             return cls
@@ -166,12 +164,12 @@ def find_effect(name: str) -> type[Effect]:
 
 
 def acting(scene: Scene) -> tuple[type[Effect], ...]:
-    """The effects that a scene calls for and that contribute."""
+    """The effects that contribute in a scene."""
     return tuple(cls for cls in effects() if cls.acts(scene))
 
 
 def section_kind(name: str) -> type[Section] | None:
-    """The section that an effect adds to scenes under this name, if one does."""
+    """The section of this name that an effect adds to scenes, or None."""
     if name in _files():
         importlib.import_module(f"nrchain.effects.{name}")
     for cls in _EFFECTS.values():
@@ -181,7 +179,7 @@ def section_kind(name: str) -> type[Section] | None:
 
 
 def check_scene(scene: Scene) -> None:
-    """Refuse, with a SceneError, what makes no sense to an effect that acts."""
+    """Raise SceneError if the check of an acting effect fails."""
     for effect in acting(scene):
         effect.check(scene)
 

@@ -1,9 +1,8 @@
-"""(v, ω)_i = Σ_j (u, w)(r_i − r_j, e_j): the flow that one mode of slip sets up around a sphere.
+"""(v, ω)_i = Σ_j (u, w)(r_i − r_j, e_j): the flow of one slip mode at the nearest neighbours.
 
-There is one effect a mode, made from its row in :mod:`nrchain.slip_modes`: the leading order of
-its flow at the nearest neighbours. What lies beyond them is the effect ``reach``, and the part of
-relative order (a/r)² the effect ``finite size``. A model sums all three, of all modes, in one pass
-over the pairs, by code that holds the modes named and nothing else.
+Every mode of :mod:`nrchain.slip_modes` is one effect: the leading order of its flow at the nearest
+neighbours. Flows of farther spheres are the effect ``reach``, and the part of relative order (a/r)²
+is the effect ``finite size``. A model sums all three, of all modes, in one pass over the pairs.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ from nrchain.wording import span
 
 
 class SlipEffect(FlowEffect):
-    """One mode: its leading-order flow at nearest neighbours, by the kernel of all of the scene."""
+    """(v, ω)_i of one mode: its leading-order flow at nearest neighbours."""
 
     mode: ClassVar[SlipMode]
 
@@ -39,7 +38,7 @@ class SlipEffect(FlowEffect):
         self._set(lambda: make_flow(scene, 1, False).only(self.mode.label), None)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # the class is made here and not found by its name
+        # the class is built here and has no importable name
         return _effect_in, (self.mode, self.scene)
 
     @classmethod
@@ -66,7 +65,7 @@ class SlipEffect(FlowEffect):
 
 
 def effect_of(mode: SlipMode) -> type[SlipEffect]:
-    """The effect of a mode, always the same class."""
+    """The effect of a mode; the same class for the same mode."""
     if mode.label not in _MADE or _MADE[mode.label].mode != mode:
         _MADE[mode.label] = _make_effect(mode)
     return _MADE[mode.label]

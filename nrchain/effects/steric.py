@@ -1,4 +1,4 @@
-"""V = Σ_{i<j} φ(|r_i − r_j|): a repulsion between spheres that come near each other in space.
+"""V = Σ_{i<j} φ(|r_i − r_j|): a repulsion between spheres at short distances.
 
 With ε the strength and c the range, the distance of centres at which it begins,
 
@@ -86,7 +86,7 @@ class Steric(Effect):
 
     @classmethod
     def check(cls, scene: Scene) -> None:
-        """Refuse a repulsion that the chain at rest would already feel, or spheres not at all."""
+        """Refuse a range that acts at the rest distance, or only on overlapping spheres."""
         reach, spacing, radius = cls.range(scene), scene.chain.spacing, scene.chain.radius
         if cls.acts(scene) and not 2 * radius < reach <= spacing:
             allowed = (
@@ -106,13 +106,13 @@ class Steric(Effect):
 
     @classmethod
     def cost(cls, scene: Scene) -> Cost:
-        """Neighbours along the chain, which a list of pairs holds when its skin reaches them."""
+        """Neighbours along the chain, if the list of pairs includes them."""
         near = scene.chain.spacing < (1.0 + SKIN) * cls.range(scene)
         return Cost(scene.chain.particles if near else 0, "pairs")
 
     @classmethod
     def scale(cls, scene: Scene) -> float:
-        """That of spheres at two radii, or half way to it from a range farther out."""
+        """The velocity at a distance of two radii, or of half the range if that is larger."""
         section, reach = cls.section(scene), cls.range(scene)
         distance = max(2.0 * scene.chain.radius, 0.5 * reach)
         _, slope, _ = potential(KINDS[section.kind], distance, section.strength, reach)
@@ -120,7 +120,7 @@ class Steric(Effect):
 
     @classmethod
     def straight(cls, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-        """Nothing: it begins at the rest distance at most."""
+        """Zero: repulsion begins at the rest distance or below."""
         return np.zeros(6), np.zeros((6, 6))
 
     def add_wrenches(self, positions: np.ndarray, frames: np.ndarray, wrenches: np.ndarray) -> None:

@@ -1,11 +1,10 @@
 """u = −(5a³/2) x (x·E·x)/r⁵, w = −(5a³/2)(E·x) × x/r⁵: rigid spheres resist a strain.
 
-E is the symmetric part of the gradient of a background flow. A sphere that does not deform as the
-fluid around it would sheds the flow of its stresslet S = (20/3)πηa³E, and carries and turns the
-others with it. This is the leading order in a/r; what comes next is the effect
-``finite size of strain``. Both reach as far as ``flow.neighbours`` says, by default over all pairs,
-whatever the friction and the slip: no force and no slip is needed for a sphere to be rigid, and a
-flow that falls off as 1/r² is cut at the nearest neighbours at a loss of a third of it.
+E is the symmetric part of the gradient of a background flow. A rigid sphere does not deform with
+the fluid: it disturbs the flow by its stresslet S = (20/3)πηa³E, which moves and rotates the other
+spheres. This is the leading order in a/r; the next order is the effect ``finite size of strain``.
+Both extend over ``flow.neighbours``, by default all pairs, independently of friction and slip.
+Nearest neighbours alone would miss a third of a flow that decays as 1/r².
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from nrchain.scene.scene import Scene, load_scene
 
 
 class DisturbanceEffect(Effect):
-    """One part of what the spheres of a chain do to a background flow, over its reach."""
+    """One part of the disturbance of a background flow by rigid spheres."""
 
     part: ClassVar[Part]
     gives = "twist"
@@ -68,10 +67,9 @@ class DisturbanceEffect(Effect):
 
     @classmethod
     def straight(cls, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-        """Refused: the lattice operator has no part for it."""
+        """Raises SceneError: the theory of the infinite straight chain does not include it."""
         allowed = (
-            "has no part in the laws of the endless straight chain: flow.disturbance = false leaves"
-            " it out"
+            "is not part of the theory of the infinite straight chain: set flow.disturbance = false"
         )
         raise SceneError("flow.disturbance", True, allowed)
 

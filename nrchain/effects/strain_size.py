@@ -1,8 +1,8 @@
-"""u = −(4a⁵/3) ∇(x·E·x/r⁵), w = 0: spheres of finite size, in the strain that they disturb.
+"""u = −(4a⁵/3) ∇(x·E·x/r⁵), w = 0: finite size of spheres in a strain.
 
-What (1 + a²∇²/6)(1 + a²∇²/10) adds to the flow of the effect ``strain``: the second factor makes
-of a stresslet the flow about a sphere, the first is Faxén's for the sphere that feels it. It is
-smaller by (a/r)², and a potential flow, which turns nothing.
+The correction by (1 + a²∇²/6)(1 + a²∇²/10) to the flow of the effect ``strain``: the second factor
+turns a stresslet into the flow about a sphere, the first is Faxén's, for the sphere that feels it.
+It is smaller by (a/r)². It is a potential flow and rotates no sphere.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from nrchain.scene.scene import Scene, load_scene
 
 @register_effect
 class FiniteSizeOfStrain(DisturbanceEffect):
-    """What the finite size of spheres adds to their disturbance of a background flow."""
+    """The finite-size correction of the disturbance of a background flow."""
 
     name = "finite size of strain"
     key = "flow.finite_size"

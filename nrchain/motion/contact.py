@@ -1,4 +1,4 @@
-"""min |r_i − r_j| = 2a, and links turned by π/2: what no start may have and no run may reach."""
+"""min |r_i − r_j| = 2a, and links turned by π/2: the limits of every start and run."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from nrchain._compile import kernel
 from nrchain.scene.scene import Scene
 
 OVERCOME = 0.5
-"""Spheres that repel each other may come this near, in units of two radii: their repulsion gives
-way gradually, and has failed when they are half inside each other."""
+"""Smallest distance of repelling spheres, in units of two radii. Repulsion yields gradually; it has
+failed when two spheres overlap by half."""
 
 
 def contact_distance(scene: Scene) -> float:
-    """The distance of two centres that no run may reach."""
+    """The distance of two centres at which a run stops."""
     return 2.0 * scene.chain.radius * (OVERCOME if scene.steric.acts else 1.0)
 
 
 def has_turning_springs(scene: Scene) -> bool:
-    """Whether links resist twist or bend, and so have a range to stay in."""
+    """Whether links resist twist or bend."""
     return bool(scene.moduli.twist or scene.moduli.bend)
 
 
 def most_turned_link(frames: np.ndarray, periodic: bool) -> tuple[float, int]:
-    """The angle by which the frames of a link differ, and which link, where that is most."""
+    """The largest angle between the two frames of a link, and that link."""
     alignment, link = least_aligned(frames, periodic)
     return float(np.arccos(np.clip(alignment, -1.0, 1.0))), link
 

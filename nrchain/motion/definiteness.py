@@ -1,9 +1,8 @@
-"""min x·μx / x·x: whether friction between spheres takes energy out, at any wrenches.
+"""min x·μx / x·x: whether friction between spheres dissipates energy for all wrenches.
 
-The mobilities of all pairs are positive definite. Cut at a reach along the chain they need not be:
-where spheres are close, the cut leaves wrenches that gain energy from the fluid, and a passive
-chain then grows. Eigenvalues are in units of the mobility of a sphere by itself, in which μ has a
-diagonal of ones.
+The mobility of all pairs is positive definite. A mobility cut at a number of neighbours may not be:
+if spheres are close, some wrenches gain energy from the fluid, and a passive chain is unstable.
+Eigenvalues are in units of the mobility of a single sphere: the diagonal of μ is 1.
 """
 
 from __future__ import annotations
@@ -14,14 +13,14 @@ from nrchain.hydrodynamics.friction import PairFriction
 from nrchain.scene.scene import Scene
 
 DEFINITE = 1e-3
-"""Least eigenvalue of a mobility that a run may start with: a chain in motion changes it."""
+"""Smallest eigenvalue of the mobility at which a run may start; motion changes it."""
 
 DIRECT = 50
-"""Spheres up to which all eigenvalues are taken."""
+"""Largest number of spheres for which all eigenvalues are computed."""
 
 STEPS = 100
-"""Lanczos steps beyond. Ritz values bound the least eigenvalue from above, and come within some
-(π / 2 STEPS)² of the width of the spectrum: below :data:`DEFINITE`."""
+"""Lanczos steps for longer chains. Ritz values bound the smallest eigenvalue from above, to within
+about (π / 2 STEPS)² of the width of the spectrum: below :data:`DEFINITE`."""
 
 
 def is_cut(scene: Scene) -> bool:
@@ -35,8 +34,8 @@ def is_cut(scene: Scene) -> bool:
 def least_mobility(scene: Scene, positions: np.ndarray, neighbours: int | None = None) -> float:
     """The least eigenvalue of μ at these positions (N, 3); 1 for spheres far from each other.
 
-    ``neighbours`` takes the place of the scene's ``friction.neighbours``. The scene's friction must
-    be cut, see :func:`is_cut`: all pairs need no judgement.
+    ``neighbours`` replaces the scene's ``friction.neighbours``. The friction must be cut, see
+    :func:`is_cut`: the mobility of all pairs is always positive definite.
     """
     chain = scene.chain
     reach = scene.friction.neighbours if neighbours is None else neighbours
@@ -58,7 +57,7 @@ def least_mobility(scene: Scene, positions: np.ndarray, neighbours: int | None =
 
 
 def _least_ritz_value(apply, size: int) -> float:
-    """Of the tridiagonal matrix that Lanczos's recurrence makes of a symmetric operator."""
+    """The smallest eigenvalue of the tridiagonal matrix of Lanczos's recurrence."""
     from scipy.linalg import eigvalsh_tridiagonal
 
     before, now = np.zeros(size), np.random.default_rng(0).standard_normal(size)

@@ -21,7 +21,7 @@ from nrchain.geometry.near_pairs import near_pairs
 KINDS = {"wca": 0, "harmonic": 1}
 
 SKIN = 0.3
-"""Pairs are listed up to this part beyond the range, and again once a sphere moved half of that."""
+"""Pairs are listed up to this fraction beyond the range, and anew after moves of half of it."""
 
 
 @kernel
@@ -115,10 +115,9 @@ def _add_product(pairs, stiffness, poses, wrenches):
 
 
 class Repulsion:
-    """The forces between near spheres, and their derivative where it was last taken.
+    """F_i = −Σ_j φ′(r_ij) n_ij: the forces between near spheres, and their derivative.
 
-    Sums run over pairs in lexical order, so that a result does not depend on when the list of
-    pairs was made.
+    Sums run over pairs in lexical order: results do not depend on when the pairs were listed.
 
     Parameters
     ----------
@@ -140,7 +139,7 @@ class Repulsion:
         self._stiff_pairs, self._stiffness = self._pairs, np.empty((0, 3, 3))
 
     def pairs(self, positions: np.ndarray) -> np.ndarray:
-        """Pairs (M, 2), i < j: all that are within the range, and some that are not."""
+        """Pairs (M, 2), i < j: all within the range, and some beyond."""
         if len(self._listed) != len(positions) or self._have_moved(positions):
             skin = SKIN * self._reach
             self._pairs = near_pairs(positions, self._reach + skin, self._period)
@@ -164,9 +163,9 @@ class Repulsion:
         _fill_stiffness(positions, self._stiff_pairs, *self._law, self._stiffness)
 
     def add_blocks(self, blocks: np.ndarray) -> None:
-        """blocks[i, w + m] += ∂F_i/∂r_{i+m}, for spheres within w places of each other.
+        """blocks[i, w + m] += ∂F_i/∂r_{i+m}, for up to w neighbours on either side.
 
-        The block of a sphere with itself holds its part of all pairs, also of those farther apart.
+        The diagonal block of a sphere sums over all its pairs.
         """
         _add_blocks(self._stiff_pairs, self._stiffness, self._period > 0.0, blocks)
 

@@ -202,12 +202,12 @@ def test_keys_of_an_effect_of_ones_own_are_checked(spring):
     with pytest.raises(SceneError, match=r"spring\.stifness .* did you mean 'stiffness'"):
         make({"spring.stifness": 1})
     endless = {"chain.ends": "periodic", "friction": "pairwise"}
-    with pytest.raises(SceneError, match=r"may have a net force.* let Spring\.balanced say so"):
+    with pytest.raises(SceneError, match=r"may have a net force.* define Spring\.balanced"):
         make(spring.example, **endless)
     assert make(spring.example, **endless, **{"friction.neighbours": 2}).spring.stiffness
     assert make({"spring.anchor": [1, 0, 0]}).spring.anchor == (1.0, 0.0, 0.0)
     assert make().spring == SpringSpec()
-    with pytest.raises(SceneError, match=r"Spring\.straight does not say"):
+    with pytest.raises(SceneError, match=r"Spring\.straight is not defined"):
         nrchain.lattice_rates(make(spring.example), [0.1])
 
 
@@ -243,11 +243,11 @@ class Demanding(Section):
         (Unmoved, "add_wrenches"),
         (type("A", (Spring,), {"Section": RunAgain}), "that every scene has"),
         (type("B", (Spring,), {"Section": Demanding}), "default for each key"),
-        (type("C", (Spring,), {"Section": None}), "section that calls for it"),
+        (type("C", (Spring,), {"Section": None}), "must be the section of the effect"),
         (type("D", (Spring,), {"name": "bend"}), "taken by another effect"),
         (type("E", (Spring,), {"gives": "mobility"}), "wrench, twist"),
-        (type("F", (Spring,), {"name": "total"}), "decompositions call something else"),
-        (type("G", (Spring,), {"Section": Long}), "attribute that every scene has"),
+        (type("F", (Spring,), {"name": "total"}), "reserved row of decompositions"),
+        (type("G", (Spring,), {"Section": Long}), "key or attribute of every scene"),
         (type("H", (Spring,), {"derivative": OneBodyEffect.derivative}), "derivative"),
     ],
 )
@@ -316,7 +316,10 @@ def wrong(**attributes):
         (wrong(add_blocks=lambda self, blocks: None), "add_blocks"),
         (wrong(example={}), "example"),
         (wrong(derivative=lambda self, r, e: np.zeros((2, 6, 6))), r"spring\.\w+ = 'ValueError'"),
-        (wrong(add_wrenches=lambda self, r, e, out: r.__imul__(2.0)), "must leave the poses"),
+        (
+            wrong(add_wrenches=lambda self, r, e, out: r.__imul__(2.0)),
+            "must not change the given poses",
+        ),
     ],
 )
 def test_the_check_finds_what_is_wrong(effect, message):

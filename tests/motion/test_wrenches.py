@@ -72,7 +72,7 @@ def test_viscosity_scales_wrenches_only():
         ({"viscosity": "thick"}, "viscosity"),
         ({"backend": "fast"}, "backend"),
         ({"positions": np.zeros((5, 2))}, "positions"),
-        ({"positions": np.zeros((5, 3))}, "one place"),
+        ({"positions": np.zeros((5, 3))}, "must not coincide"),
         ({"frames": np.ones((5, 3, 3))}, "orthonormal"),
         ({"frames": None}, "frames"),
         ({"positions": "here"}, "positions"),

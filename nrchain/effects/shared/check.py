@@ -1,4 +1,4 @@
-"""∂(F, T)/∂(u, φ) against differences, rigid motion, energy: is an effect what it says it is?"""
+"""∂(F, T)/∂(u, φ) against differences, rigid motion, energy: the self-check of an effect."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from nrchain.scene.scene import Scene, load_scene
 from nrchain.types import Poses
 
 STEP = 1e-5
-"""Of the differences, in radii and radians."""
+"""Step of the finite differences, in radii and radians."""
 
 DERIVATIVE, EXACT = 1e-6, 1e-10
-"""Largest errors that are allowed, relative to the largest entry: of what is compared with
-differences, and of what is the same number reckoned twice."""
+"""Largest errors allowed, relative to the largest entry: against finite differences, and between
+two evaluations of the same number."""
 
 PLAIN: Mapping[str, Any] = {
     "chain": {"particles": 6, "spacing": 4.0},
     "elasticity": {"stretch": 3.0, "shear": 5.0, "twist": 7.0, "bend": 11.0},
     "run.end": 1.0,
 }
-"""The chain that an effect is added to unless a scene is given."""
+"""The default chain for the check of an effect."""
 
 _NAMES = ("x", "y", "z")
 
@@ -38,15 +38,15 @@ def check_effect(
     positions: np.ndarray | None = None,
     frames: np.ndarray | None = None,
 ) -> dict[str, float]:
-    """Hold a registered effect to its own statements, at poses of a bent and twisted chain.
+    """Check derivative, energy, covariance and balance of an effect on a bent and twisted chain.
 
     Parameters
     ----------
     scene
-        A scene in which it acts, or changes to a chain of six spheres that make it act; default:
-        its ``example``.
+        A scene in which the effect acts, or changes to a chain of six spheres that switch it on;
+        default: its ``example``.
     positions, frames
-        (N, 3) and (N, 3, 3): poses to check it at in place of random ones about the scene's chain.
+        (N, 3) and (N, 3, 3): poses for the check; default: random ones about the straight chain.
         Positions of a periodic chain may be wrapped (:func:`nrchain.scene.unwrapping.unwrapped`).
 
     Returns
@@ -54,23 +54,23 @@ def check_effect(
     dict
         The error of each check relative to the largest number in it: ``"product"`` and
         ``"blocks"``, the derivative against centred differences; ``"energy"``, wrenches against
-        −∂V/∂(u, φ); ``"rigid motion"`` and ``"shift"``, what changes when the chain is moved and
-        turned, or only moved, as a whole; ``"net force"``, ``"torque"``, of what has none. Those
+        −∂V/∂(u, φ); ``"rigid motion"`` and ``"shift"``, the change when the whole chain is moved
+        and rotated, or only moved; ``"net force"`` and ``"torque"``, if these must vanish. Checks
         that do not apply are left out.
 
     Raises
     ------
     SceneError
-        For the first statement that does not hold, with the sphere and the component; for a method
-        that fails or changes the poses it is given, with its name; for an effect that is not
-        registered or does not act in the scene.
+        For the first check that fails, with the sphere and the component; for a method that raises
+        or changes the given poses, with its name; for an effect that is not registered or does not
+        act in the scene.
     """
     if effect not in effects():
         raise SceneError("effect", effect, "must be registered first, with register_effect")
     what = _scene(effect, scene)
     if (positions is None) != (frames is None):
         missing = "positions" if positions is None else "frames"
-        raise SceneError(missing, None, "must be given with the other half of the poses")
+        raise SceneError(missing, None, "must be given together with positions and frames")
     poses = bent_poses(what) if positions is None else given_poses(what, positions, frames)
     check = _Check(effect, what, poses)
     return check.derivative() | check.energy() | check.motions() | check.balance()
@@ -131,10 +131,10 @@ class _Check:
                 moves[sphere, component] = self.columns[component]
                 self.effect.add_product(moves, out)
                 given[:, :, sphere, component] = out * self.rows
-        told = {"product": self._compare("add_product", given, numeric)}
+        found = {"product": self._compare("add_product", given, numeric)}
         if self.effect.places is not None:
-            told["blocks"] = self._compare("add_blocks", self._blocks(), numeric)
-        return told
+            found["blocks"] = self._compare("add_blocks", self._blocks(), numeric)
+        return found
 
     def _blocks(self) -> np.ndarray:
         width = self.effect.places or 0

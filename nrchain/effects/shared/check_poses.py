@@ -1,4 +1,4 @@
-"""Poses at which an effect is checked, and an effect whose methods are watched while it is."""
+"""Poses for the check of an effect, and a wrapper that names the method that fails."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def given_poses(scene: Scene, positions: Any, frames: Any) -> Poses:
 
 
 def bent_poses(scene: Scene) -> Poses:
-    """The straight chain with displaced spheres and turned frames, always the same."""
+    """The straight chain with displaced spheres and rotated frames, from a fixed seed."""
     from scipy.spatial.transform import Rotation
 
     count, d = scene.chain.particles, scene.chain.spacing
@@ -33,7 +33,7 @@ def bent_poses(scene: Scene) -> Poses:
 
 
 def moved_poses(poses: Poses, sphere: int, component: int, by: float) -> Poses:
-    """One sphere displaced (components 0 to 2) or turned in the lab (3 to 5)."""
+    """Displace one sphere (components 0 to 2) or rotate it in the lab (3 to 5)."""
     from scipy.spatial.transform import Rotation
 
     positions, frames = poses[0].copy(), poses[1].copy()
@@ -46,7 +46,7 @@ def moved_poses(poses: Poses, sphere: int, component: int, by: float) -> Poses:
 
 
 class WatchedEffect:
-    """An effect whose methods are named where they fail, or change an array other than the last."""
+    """An effect whose errors name the method that fails or changes its input."""
 
     def __init__(self, effect: Effect, name: str) -> None:
         self._effect, self._name = effect, name
@@ -67,9 +67,7 @@ class WatchedEffect:
                 allowed = f"fails with arrays of shapes {shapes}: {error}"
                 raise SceneError(key, type(error).__name__, allowed) from error
             if not all(map(np.array_equal, before, given)):
-                raise SceneError(
-                    key, "changed poses", "must leave the poses it is given as they are"
-                )
+                raise SceneError(key, "changed poses", "must not change the given poses")
             return answer
 
         return call

@@ -1,4 +1,4 @@
-"""W = −∂V: a term of the elastic energy as an effect by itself."""
+"""(F, T) = −∂V/∂(u, φ): one term of the elastic energy as an effect."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from nrchain.scene.scene import Scene
 def elasticity_of(
     scene: Scene, moduli: Sequence[float] | None = None, terms: tuple[str, ...] | None = None
 ) -> Elasticity:
-    """The elastic energy of a scene, or with other moduli.
+    """The elastic energy of a scene, with its moduli or others.
 
-    ``terms`` are those that the kernels hold; unless given, those whose modulus is not zero.
+    ``terms`` are those compiled into the kernels; by default those with a nonzero modulus.
     """
     chosen = tuple(scene.moduli if moduli is None else moduli)
     return Elasticity(
@@ -31,9 +31,9 @@ def elasticity_of(
 
 
 class ElasticTerm(Effect):
-    """One term of the elastic energy. A model sums all of a scene in one pass over the links.
+    """One term of the elastic energy. A model sums all terms in one pass over the links.
 
-    Evaluated by itself it goes through the kernels of the scene, with the other moduli zero.
+    A single term uses the kernels of the scene with the other moduli set to zero.
     """
 
     absence = "modulus 0"

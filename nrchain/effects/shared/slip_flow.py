@@ -19,7 +19,7 @@ from nrchain.scene.scene import Scene
 def make_flow(
     scene: Scene, neighbours: int | str | None = None, finite_size: bool | None = None
 ) -> SlipFlow:
-    """The flow of all modes of a scene, or that with another reach or order."""
+    """The slip flow of a scene, with its reach and finite size or others."""
     slip, chain = scene.slip, scene.chain
     shown = slip.neighbours if neighbours is None else neighbours
     modes = (
@@ -46,7 +46,7 @@ def active_modes(scene: Scene) -> tuple[str, ...]:
 
 
 def pairs_within(scene: Scene, neighbours: int | str) -> int:
-    """Pairs, each counted from both sides, of spheres up to so many places apart, or of all."""
+    """Number of pairs within so many neighbours, or of all pairs; each pair counts twice."""
     count, periodic = scene.chain.particles, scene.chain.ends == "periodic"
     if periodic and neighbours == "all":
         return count * (count * (1 + 2 * (EXACT + POINTS)) - 1)
@@ -58,7 +58,7 @@ def pairs_within(scene: Scene, neighbours: int | str) -> int:
 
 
 def largest_flow(table: FlowTable, distance: float, radius: float) -> float:
-    """max |u|/V over directions at a distance, each row of a table by its largest cosine."""
+    """A bound on |u|/V at a distance: the sum of the largest value of each row of a table."""
     cosines = np.linspace(-1.0, 1.0, 41)
     total = 0.0
     for (_, power), p in table.items():
@@ -85,7 +85,7 @@ class FlowEffect(Effect):
     fused = True
 
     def _set(self, plus: Callable[[], SlipFlow], minus: Callable[[], SlipFlow] | None) -> None:
-        """The two flows, each made twice: to evaluate, and to take the derivative of."""
+        """Set the two flows, each twice: one to evaluate and one to linearise."""
         makers = [(1.0, plus)] if minus is None else [(1.0, plus), (-1.0, minus)]
         self._flows = [(sign, make(), make()) for sign, make in makers]
         reach = max(flow.reach for _, flow, _ in self._flows)
@@ -116,7 +116,7 @@ class FlowEffect(Effect):
 
 
 def reach_text(neighbours: int | str) -> str:
-    """How far along the chain, in words."""
+    """The reach in words."""
     if neighbours == "all":
         return "all pairs"
     return f"{neighbours} neighbour{'s' * (neighbours != 1)} a side"
