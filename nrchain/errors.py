@@ -1,6 +1,6 @@
-"""The errors a user can cause. Each says what was given, where, and what is allowed.
+"""The errors that a user can cause. Each states what was given, where, and what is allowed.
 
-Each can be pickled, and so reaches whoever waits for a worker of a process pool.
+All of them can be pickled, so that a process pool can hand them on.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Any
 
 
 class _NotGiven:
-    """Stands for the value of a key that must be given and was not."""
+    """The value of a required key that is missing."""
 
     def __repr__(self) -> str:
         return "not given"
@@ -22,18 +22,28 @@ class _NotGiven:
 NOT_GIVEN = _NotGiven()
 
 SYSTEMS = "nrchain runs on Linux and macOS, and on Windows inside WSL."
-"""What it runs on, as the README says it."""
+"""The supported systems, in the words of the README."""
 
 
 class NrchainError(Exception):
-    """Base of every documented error of nrchain."""
+    """Base class of all errors of nrchain."""
 
 
 class SceneError(NrchainError, ValueError):
-    """A scene, or an argument, that cannot be simulated; raised before any time is spent.
+    """A scene or an argument that cannot be simulated; raised before the run starts.
 
-    ``key`` is the scene key (``chain.spacing``) or argument name, ``value`` what was given, or
-    :data:`NOT_GIVEN`, and ``allowed`` a sentence on what would be accepted.
+    Attributes
+    ----------
+    key
+        The scene key, such as ``chain.spacing``, or the name of the argument.
+    value
+        What was given, or :data:`NOT_GIVEN`.
+    allowed
+        What is accepted, in words.
+
+    >>> raise SceneError("chain.spacing", 1.0, "must exceed two radii")
+    Traceback (most recent call last):
+    nrchain.errors.SceneError: chain.spacing = 1.0: must exceed two radii
     """
 
     def __init__(self, key: str, value: object, allowed: str) -> None:
@@ -48,34 +58,34 @@ class SceneError(NrchainError, ValueError):
 
 
 class SceneWarning(UserWarning):
-    """A scene that is simulated as it is, and may not show what it was made for."""
+    """A scene that is simulated, but may not show what its user expects."""
 
 
 class UnknownNameError(NrchainError, KeyError):
-    """A name by which nothing is found, such as that of an effect; says which names there are."""
+    """An unknown name, such as that of an effect; the message lists the known ones."""
 
     def __str__(self) -> str:
-        # a KeyError would quote the sentence
+        # KeyError would put quotes around the sentence
         return Exception.__str__(self)
 
 
 class BackendError(NrchainError, RuntimeError):
-    """A pair-law backend that is missing, of an unknown release, or fails its self-check."""
+    """A backend of pair laws that is missing, has an unknown version, or fails its self-check."""
 
 
 class PlatformError(NrchainError, ImportError):
-    """A system without what nrchain needs of it, found where the part that needs it is imported."""
+    """A system that lacks what nrchain needs; raised on import of the part that needs it."""
 
     def __init__(self, systems: str = SYSTEMS) -> None:
         super().__init__(systems)
 
 
 class TrajectoryError(NrchainError, OSError):
-    """A trajectory file that is missing, not ours, damaged, or would be overwritten."""
+    """A trajectory file that is missing, foreign or damaged, or would be overwritten."""
 
 
 class _Shown:
-    """Stands for a value that cannot be pickled: it is shown as that was."""
+    """A stand-in for a value that cannot be pickled, with the same ``repr``."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -85,9 +95,9 @@ class _Shown:
 
 
 def _portable(value: object) -> object:
-    """The value, or how it is shown where it comes to no other process.
+    """The value, or a stand-in if it cannot be pickled and unpickled.
 
-    What cannot be unpickled stops the thread of a pool that hands results on, for ever.
+    A value that cannot be unpickled would block the result thread of a process pool for ever.
     """
     try:
         pickle.loads(pickle.dumps(value))
@@ -97,11 +107,11 @@ def _portable(value: object) -> object:
 
 
 def shorten(value: object, limit: int = 80) -> str:
-    """The value as messages show it."""
+    """The ``repr`` of a value, cut to ``limit`` characters, as messages show it."""
     try:
         text = repr(value)
     except ValueError:
-        # Python spells out no integer of more than 4300 digits, in a list or by itself
+        # Python prints no integer of more than 4300 digits, alone or in a list
         kind = type(value).__name__
         text = hex(value) if isinstance(value, int) else f"a {kind} of huge integers"
     return text if len(text) <= limit else text[: limit - 1] + "…"

@@ -1,16 +1,16 @@
-"""Numbers in words, as tables and messages show them."""
+"""Numbers and records as tables and messages show them."""
 
 from __future__ import annotations
 
 from dataclasses import fields
 from typing import Any
 
-WIDEST = 60
-"""Letters that :func:`brief` gives to one value."""
+MOST_CHARACTERS = 60
+"""Largest number of characters that :func:`brief` spends on one value."""
 
 
 def span(*shown: str, sign: str = " to ") -> str:
-    """``least sign most`` of numbers as they are shown, each once: one number where all look alike.
+    """A range, such as ``1.4 to 1.9``; a single number where both ends look the same.
 
     >>> span("1.4", "1.9"), span("1.4", "1.4")
     ('1.4 to 1.9', '1.4')
@@ -19,7 +19,7 @@ def span(*shown: str, sign: str = " to ") -> str:
 
 
 def digits(number: float) -> str:
-    """A number of two or three digits, with an exponent only where that is shorter.
+    """A number with two or three digits, and an exponent only where that is shorter.
 
     >>> digits(0.03712), digits(496.2), digits(1.5e7)
     ('0.037', '496', '1.5e+07')
@@ -28,7 +28,7 @@ def digits(number: float) -> str:
 
 
 def brief(record: Any) -> str:
-    """The ``repr`` of a dataclass in a line: arrays by their shape, lists by their length.
+    """The ``repr`` of a dataclass in one line: arrays by their shape, long lists by their length.
 
     >>> from dataclasses import dataclass
     >>> @dataclass
@@ -47,11 +47,11 @@ def _brief(value: Any) -> str:
     if isinstance(value, float | complex):
         return f"{value:.6g}"
     if hasattr(value, "dtype"):
-        # an array, known without NumPy, which scenes are shown before
+        # an array, recognised without importing NumPy
         return f"array {value.shape}"
     text = repr(value)
-    if len(text) <= WIDEST:
+    if len(text) <= MOST_CHARACTERS:
         return text
     if isinstance(value, list | tuple | dict):
         return f"{type(value).__name__} of {len(value)}"
-    return f"{text[: WIDEST - 1]}…"
+    return f"{text[: MOST_CHARACTERS - 1]}…"

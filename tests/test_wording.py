@@ -27,7 +27,7 @@ def test_a_range_whose_ends_look_alike_is_one_number():
         ([3.0, -7.0], "-7 to 3"),
     ],
 )
-def test_strengths_along_a_chain_are_told_alike_everywhere(strengths, shown):
+def test_strengths_along_a_chain_are_shown_alike_everywhere(strengths, shown):
     scene = nrchain.load_scene("passive", **{"chain.particles": 2, "slip.2s": strengths})
     details = dict(nrchain.describe(scene).simulated)
     assert details["slip 2s"].startswith(f"strength {shown},")

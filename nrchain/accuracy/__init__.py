@@ -1,1 +1,1 @@
-"""What accuracy costs, measured on runs of the scene itself."""
+"""Error against computing time, and the cost of each effect, measured on runs of a scene."""
