@@ -1,4 +1,4 @@
-"""nrchain: chains of active colloids in Stokes flow that break action and reaction."""
+"""nrchain: chains of active colloids with nonreciprocal interactions in Stokes flow."""
 
 from __future__ import annotations
 

@@ -63,7 +63,6 @@ def run_examples(page):
     return names
 
 
-@pytest.mark.filterwarnings("default")
 @pytest.mark.parametrize("name", [n for n in PAGES if "```python" in text_of(PAGES[n])])
 def test_python_examples_run(name, registries, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)

@@ -27,7 +27,7 @@ FIGURES = (
         "dispersion",
         "Growth rates and phase velocities from simulation, the exact lattice and the continuum",
     ),
-    ("cost", "Stepping", "Error against wall time of the integrators, scene by scene"),
+    ("cost", "Stepping", "Error against run time of the integrators, scene by scene"),
 )
 """Study, name and caption of each figure in the README."""
 
