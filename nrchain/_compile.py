@@ -1,12 +1,12 @@
-"""How kernels are compiled: kept on disk, with IEEE division, never assuming finite numbers.
+"""Compile kernels: cached on disk, with IEEE division, without the assumption of finite numbers.
 
-Numba keeps machine code with the file of its function and does not see that a function it calls,
-in another file, has changed. The name of every kernel therefore carries a hash of all modules that
-have kernels: code of an older version is never run.
+Numba caches machine code with the file of its function and does not notice a change of a function
+that it calls in another file. The name of every kernel therefore contains a hash of all modules
+with kernels: code of an older version never runs.
 
-Numba keeps machine code in ``NUMBA_CACHE_DIR``, beside the source or in the user's cache, whichever
-can be written first. Where none can, kernels go to a folder of this user under the system's
-temporary one, and a :class:`RuntimeWarning` names the setting that keeps them.
+The cache is in ``NUMBA_CACHE_DIR``, beside the source or in the user's cache, the first of these
+that is writable. If none is, kernels go to a folder of this user in the system's temporary folder,
+and a :class:`RuntimeWarning` names the setting that keeps them.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from typing import Any
 import numba
 
 ARITHMETIC = frozenset({"contract", "reassoc", "nsz", "arcp"})
-"""What the compiler may rearrange. ``nnan`` and ``ninf`` are left out: a NaN has to stay one."""
+"""What the compiler may rearrange. ``nnan`` and ``ninf`` are absent: a NaN stays a NaN."""
 
 
 def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False):
-    """``numba.njit`` with the options of the house; ``parallel`` loops write only their own row."""
+    """``numba.njit`` with the options of nrchain; ``parallel`` iterations write their own row only."""
 
     def compile_(f: Callable[..., Any]) -> Any:
         named = rename(f, sources())
@@ -38,7 +38,7 @@ def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False
         try:
             return numba.njit(named, cache=True, **options)
         except RuntimeError:
-            # Numba finds no folder that can be written, and refuses to compile for that alone
+            # Numba finds no writable folder and refuses to compile
             return _kept_for_now(named, options)
 
     return compile_ if function is None else compile_(function)
@@ -48,11 +48,11 @@ _placing = Lock()
 
 
 def _kept_for_now(function: Callable[..., Any], options: dict[str, Any]) -> Any:
-    """Compile a kernel that is kept in a temporary folder, or not at all if there is none."""
+    """Compile a kernel with its cache in a temporary folder, or without cache if there is none."""
     folder = temporary_folder()
     if folder is None:
         return numba.njit(function, **options)
-    # Numba reads the folder where a function is declared, from its configuration alone.
+    # Numba reads the folder from its configuration when a function is declared.
     settings: Any = numba.config
     with _placing:
         given, settings.CACHE_DIR = settings.CACHE_DIR, str(folder)
@@ -66,10 +66,10 @@ def _kept_for_now(function: Callable[..., Any], options: dict[str, Any]) -> Any:
 
 @cache
 def temporary_folder() -> Path | None:
-    """A folder of this user alone under the system's temporary one; none if that is not to be had.
+    """A folder of this user in the system's temporary folder; None if it cannot be created.
 
-    Kernels are loaded as code: a folder that others can write to, or that another user made under
-    its name, is left alone.
+    Kernels are loaded as code: a folder that belongs to another user, or that others can write to,
+    is not used.
     """
     try:
         folder = Path(tempfile.gettempdir(), f"nrchain-kernels-{os.getuid()}")
@@ -99,11 +99,11 @@ def sources() -> str:
 
 
 def rename(function: Callable[..., Any], *distinctions: object) -> Callable[..., Any]:
-    """The function under a name of its own, made from what tells it from others of the same text.
+    """Give a function a unique name, from the ``distinctions`` between functions of equal text.
 
-    Numba names machine code after its function, whatever options or closure it was compiled with.
-    Two functions of one name, kept on disk by two processes and loaded by a third, are linked as
-    one: whichever comes second runs the code of the first.
+    Numba names machine code after its function, regardless of options and closure. If two processes
+    cache two functions of one name and a third process loads both, it links them as one: the second
+    runs the code of the first.
     """
     text = "\0".join(map(str, distinctions))
     suffix = hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -1,1 +1,1 @@
-"""Rotations, and which spheres are near each other."""
+"""Rotations, and pairs of spheres near each other."""

@@ -78,7 +78,7 @@ def inverse_tangent(theta, out):
 
 @kernel
 def rate(theta, omega, out):
-    """out (3) = θ̇ = ω − θ × ω/2 + θ (θ·ω)/4 of a rotation that moves with ω."""
+    """out (3) = θ̇ = ω − θ × ω/2 + θ (θ·ω)/4 of a frame with angular velocity ω."""
     dot = theta[0] * omega[0] + theta[1] * omega[1] + theta[2] * omega[2]
     for k in range(3):
         k1, k2 = (k + 1) % 3, (k + 2) % 3
@@ -102,7 +102,7 @@ def rate_derivative(theta, omega, out):
 
 @kernel
 def orthonormalise(frames):
-    """Each frame F ← F + (I − F Fᵀ) F/2, twice: the nearest rotation of frames off by rounding."""
+    """Each frame F ← F + (I − F Fᵀ) F/2, twice: the nearest rotation."""
     excess = np.empty((3, 3))
     for frame in frames:
         for _ in range(2):

@@ -1,7 +1,7 @@
-"""|r_i − r_j| < c: the pairs of spheres near each other in space, wherever they are on the chain.
+"""|r_i − r_j| < c: the pairs of spheres near each other in space.
 
-Short chains are searched pair by pair, long ones with a tree. A chain that repeats along x is
-taken with the nearest image of every sphere: c must stay below half the period.
+Short chains are searched pair by pair, long chains with a tree. On a periodic chain the nearest
+image of every sphere counts: c must be below half the period.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ DIRECT_SEARCH = 1024
 
 @kernel
 def _list_pairs(positions, cutoff, period, pairs):
-    """Fill ``pairs`` (M, 2) as far as it goes; return how many there are."""
+    """Fill ``pairs`` (M, 2) up to its size; return the number of pairs found."""
     count, found = positions.shape[0], 0
     for i in range(count):
         for j in range(i + 1, count):
@@ -45,7 +45,7 @@ def near_pairs(positions: np.ndarray, cutoff: float, period: float = 0.0) -> np.
 
     points, spheres = positions, np.arange(count)
     if period > 0.0:
-        # every sphere once within the period, and those near its ends again beyond them
+        # every sphere once within the period, and images of those near its ends beyond them
         points = positions.copy()
         points[:, 0] -= period * np.floor(points[:, 0] / period)
         low, high = points[:, 0] < cutoff, points[:, 0] > period - cutoff
@@ -90,7 +90,7 @@ def closest_pair(positions: np.ndarray, period: float = 0.0) -> tuple[float, int
 
     inside = points = positions
     if period > 0.0:
-        # every sphere within one period, whichever image it is in
+        # every sphere, moved into one period
         shift = np.array([period, 0.0, 0.0])
         inside = positions - np.floor(positions[:, :1] / period) * shift
         points = np.concatenate([inside, inside + shift, inside - shift])

@@ -1,1 +1,1 @@
-"""What a user may give: one rule a key, arrays of numbers, names that are looked up."""
+"""Checks of user input: a rule for each key, arrays of numbers, and names."""

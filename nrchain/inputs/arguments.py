@@ -1,4 +1,4 @@
-"""Arrays that public functions are given: numbers of a shape, and frames that are rotations."""
+"""Array arguments of public functions: numbers of a given shape, and frames."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from nrchain.errors import SceneError
 from nrchain.geometry import lie
 
 ORTHONORMAL = 1e-8
-"""How far the products of frame vectors may be from 0 and 1 for frames to be taken as they are."""
+"""Largest error of e_a·e_b at which frames are used unchanged."""
 
 SINGLE = 1e-6
-"""How far they may be for the nearest rotations to be taken: several roundings of 32 bits."""
+"""Largest error of e_a·e_b that is corrected: several roundings of 32-bit floats."""
 
 Shape = tuple[int | None, ...]
-"""Sizes of an array; None stands for any, which messages call N."""
+"""Sizes of an array; None is any size, N in messages."""
 
 
 def finite_array(name: str, given: Any, shape: Shape | None = None) -> np.ndarray:
-    """The C-contiguous floats of that shape (None: of any), or a SceneError that names them.
+    """C-contiguous finite floats of a shape (None: of any shape); SceneError names the argument.
 
-    Truth values and text are not numbers here, even where NumPy would make numbers of them.
+    Booleans and text are refused, even if NumPy can convert them to numbers.
     """
     words = "numbers" if shape is None else f"numbers of shape {_named(shape)}"
     try:
@@ -43,10 +43,10 @@ def finite_array(name: str, given: Any, shape: Shape | None = None) -> np.ndarra
 
 
 def rotations(given: Any, count: int, *, to: float = SINGLE, key: str = "frames") -> np.ndarray:
-    """Frames (N, 3, 3) whose rows are orthonormal and right-handed, or a SceneError.
+    """Frames (N, 3, 3) with orthonormal, right-handed rows; SceneError for others.
 
-    Frames that are so to :data:`ORTHONORMAL` are returned as they are, and of those that are so
-    ``to`` more, by default the rounding of 32 bits, the nearest rotations.
+    Frames with errors up to :data:`ORTHONORMAL` are returned unchanged. Errors up to ``to``, by
+    default the rounding of 32-bit floats, are corrected to the nearest rotations.
     """
     frames = finite_array(key, given, (count, 3, 3))
     off = _off_rotation(frames)
@@ -69,7 +69,7 @@ def rotations(given: Any, count: int, *, to: float = SINGLE, key: str = "frames"
 
 
 def _off_rotation(frames: np.ndarray) -> np.ndarray:
-    """(N,) the largest of |e_a·e_b − δ_ab| of each frame, infinite for a left-handed one."""
+    """(N,) max |e_a·e_b − δ_ab| of each frame; infinite for a left-handed frame."""
     with np.errstate(all="ignore"):
         gram = np.einsum("nak,nbk->nab", frames, frames)
         off = np.abs(gram - np.eye(3)).max(axis=(1, 2), initial=0.0)

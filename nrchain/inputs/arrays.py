@@ -1,4 +1,4 @@
-"""Numbers of a scene that are an array: immutable, compared and hashed by value."""
+"""Arrays in a scene: immutable, compared and hashed by value."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class GivenArray:
-    """An array of finite floats; ``values`` cannot be written to."""
+    """An array of finite floats; ``values`` is read-only."""
 
     __slots__ = ("values",)
     values: np.ndarray
@@ -29,7 +29,7 @@ class GivenArray:
         return self.values.tolist()
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
-        # so that a scene's array is taken wherever one is
+        # NumPy functions accept it as an array
         return self.values.astype(dtype or float, copy=bool(copy))
 
     def __eq__(self, other: object) -> bool:
@@ -38,7 +38,7 @@ class GivenArray:
         return self.values.shape == other.values.shape and bool((self.values == other.values).all())
 
     def __hash__(self) -> int:
-        # 0.0 equals -0.0, and has other bytes
+        # 0.0 equals -0.0 but has different bytes
         return hash((self.values.shape, (self.values + 0.0).tobytes()))
 
     def __repr__(self) -> str:
@@ -68,7 +68,7 @@ def array_of(*shape: int) -> Rule:
 
 
 def refuse_rows(key: str, given: GivenArray | None, count: int) -> None:
-    """Refuse an array that has not one row a sphere."""
+    """Refuse an array without one row for each sphere."""
     if given is not None and len(given.values) != count:
         shape = given.values.shape
         allowed = f"the shape must be {(count, *shape[1:])}, with one row for each sphere"

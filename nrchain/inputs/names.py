@@ -1,4 +1,4 @@
-"""What is looked up by its name: a name that is none is told, with those there are."""
+"""Look up values by name: unknown names raise errors with the known and the nearest name."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from nrchain.errors import UnknownNameError
 Value = TypeVar("Value")
 
 NEAR, SURE = 0.5, 0.7
-"""How alike a spelling and a name must be for the name to be offered, and to be surely meant."""
+"""Similarity of a spelling to a name at which the name is suggested, and at which it is meant."""
 
 
 def unknown_name(name: object, known: Iterable[str]) -> UnknownNameError:
-    """The error for a name that is none of those ``known``, with the nearest."""
+    """The error for an unknown name, with the known names and the nearest."""
     known = list(known)
     there = f"there are {', '.join(known)}" if known else "there is none"
     return UnknownNameError(f"{name!r} is not known; {there}{did_you_mean(name, known)}")
@@ -35,13 +35,13 @@ class Named(dict[str, Value]):
 
 
 def did_you_mean(given: object, names: Iterable[str]) -> str:
-    """A clause that offers the name whose last part is nearest; empty when none is near."""
+    """A suggestion of the name whose last part is nearest; empty if none is near."""
     near = nearest(given, names, NEAR)
     return f"; did you mean {near!r}?" if near else ""
 
 
 def nearest(given: object, names: Iterable[str], alike: float) -> str | None:
-    """The name whose last part is nearest to what is given, if one is; letters may be of any case.
+    """The name whose last part is nearest to the given text, or None; case is ignored.
 
     >>> nearest("2S", ["2s", "3a"], SURE), nearest("4t", ["3t", "4a"], SURE)
     ('2s', None)

@@ -1,4 +1,4 @@
-"""One rule a key: what is allowed, in words, and the plain value that is kept.
+"""A rule for each key: the allowed values, in words, and the conversion to a plain value.
 
 A rule takes ``(key, value)`` and returns the value as a plain Python object, or raises
 :class:`~nrchain.errors.SceneError`. A :class:`Section` is a frozen dataclass whose annotations
@@ -6,8 +6,8 @@ carry the rules,
 
     spacing: Annotated[float, number(above=0)] = 10.0
 
-so that type, rule and default of a key stand on one line and no key is checked by hand. What
-several keys must satisfy together goes into ``Section.check``.
+Type, rule and default of a key are on one line. Conditions on several keys are in
+``Section.check``.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ def rule(
     convert: Callable[[Any], Any] = lambda v: v,
     near: Callable[[Any], Any] = lambda v: v,
 ) -> Rule:
-    """The rule that refuses with "must be ``allowed``" what ``accepts`` does not accept.
+    """A rule that accepts values by ``accepts``, and refuses others with "must be ``allowed``".
 
-    ``near`` makes of a value the one it may stand for, which is offered if it is accepted.
+    ``near`` turns a refused value into the one probably meant, which the message suggests.
     """
 
     def read(key: str, value: Any) -> Any:
@@ -89,7 +89,7 @@ def optional(inner: Rule) -> Rule:
 
 
 def one_or_each(inner: Rule) -> Rule:
-    """One value, or a list of them, kept as a tuple; a refused item is named by its place."""
+    """One value, or a list kept as a tuple; a message names a refused item by its index."""
 
     def read(key: str, value: Any) -> Any:
         plain = _plain(value)
@@ -98,13 +98,15 @@ def one_or_each(inner: Rule) -> Rule:
         try:
             return inner(key, plain)
         except SceneError as error:
-            raise SceneError(key, value, f"{error.allowed}; or a list, one a sphere") from None
+            raise SceneError(
+                key, value, f"{error.allowed}; or a list with one for each sphere"
+            ) from None
 
     return read
 
 
 def direction() -> Rule:
-    """Three numbers whose length can be divided by."""
+    """A vector of three finite numbers with a length that is not zero."""
     return rule(
         "three finite numbers, not all zero, of a length between 1e-100 and 1e100",
         lambda v: (
@@ -118,7 +120,7 @@ def direction() -> Rule:
 
 
 def vector(*, of: int = 3, inner: Rule | None = None) -> Rule:
-    """A list of three finite numbers, kept as a tuple; or of so many of what ``inner`` allows."""
+    """A list of three finite numbers, or of ``of`` values by ``inner``, kept as a tuple."""
     read_item = number() if inner is None else inner
 
     def read(key: str, value: Any) -> Any:
@@ -142,12 +144,12 @@ def flag() -> Rule:
 
 
 def line() -> Rule:
-    """Text that fits a plot title and a file attribute as it is."""
+    """One line of text, for plot titles and file attributes."""
     return rule("one line of printable text", lambda v: isinstance(v, str) and v.isprintable())
 
 
 def section(kind: type[Section]) -> Rule:
-    """A section of that kind, or the raw table of one; None is an empty table."""
+    """A section of this class, or a raw table of its keys; None is an empty table."""
 
     def read(key: str, value: Any) -> Any:
         if isinstance(value, kind):
@@ -162,7 +164,7 @@ def section(kind: type[Section]) -> Rule:
 
 
 def _not_a_table(kind: type[Section], key: str, value: Any) -> SceneError:
-    """The refusal of a value in place of a section: the keys there are, and which would hold it."""
+    """The error for a value in place of a section: the known keys, and the one that fits."""
     text = f"must be a table of {', '.join(kind.names())}"
     fitting = [name for name in kind.rules() if _holds(kind, name, value)]
     if isinstance(value, str) and len(fitting) == 1:
@@ -180,7 +182,7 @@ def _holds(kind: type[Section], name: str, value: Any) -> bool:
 
 @cache
 def _rules(kind: Any) -> dict[str, Rule]:
-    """The rules in the annotations of a class; reading those takes longer than any rule."""
+    """The rules in the annotations of a class, cached because reading them is slow."""
     hints = get_type_hints(kind, include_extras=True).items()
     return {name: h.__metadata__[0] for name, h in hints if get_origin(h) is Annotated}
 
@@ -188,13 +190,13 @@ def _rules(kind: Any) -> dict[str, Rule]:
 class Section:
     """A frozen dataclass that reads and checks each key by the rule in its annotation.
 
-    Construction raises :class:`~nrchain.errors.SceneError`; afterwards every value is plain,
-    hashable Python, numpy numbers and arrays included.
+    Construction raises :class:`~nrchain.errors.SceneError` for a refused key. All values are kept
+    as plain, hashable Python objects, also those given as NumPy numbers and arrays.
     """
 
     __slots__ = ()
     path: ClassVar[str] = ""
-    """Where the section stands in a scene: the first half of its dotted keys."""
+    """The name of the section in a scene: the first part of its dotted keys."""
 
     def __post_init__(self) -> None:
         for name, read in self.rules().items():
@@ -202,7 +204,7 @@ class Section:
         self.check()
 
     def check(self) -> None:
-        """Refuse what no single key shows to be wrong."""
+        """Raise SceneError for values that do not fit together."""
 
     @classmethod
     @functools.cache
@@ -218,17 +220,17 @@ class Section:
 
     @classmethod
     def spellings(cls) -> tuple[str, ...]:
-        """The keys that a mistyped one may stand for."""
+        """The keys that messages suggest for a mistyped one."""
         return tuple(cls.rules())
 
     @classmethod
     def names(cls) -> tuple[str, ...]:
-        """The keys of the section, as a refusal lists them."""
+        """The keys of the section, as messages list them."""
         return cls.spellings()
 
     @classmethod
     def from_mapping(cls, table: Mapping[str, Any]) -> Self:
-        """The section of a raw table, in which None stands for a key that is not given."""
+        """The section of a raw table; a key with the value None counts as not given."""
         known = cls.rules()
         if not isinstance(table, Mapping):
             raise SceneError(cls.path or cls.__name__.lower(), table, "must be a table")
@@ -239,7 +241,7 @@ class Section:
         return cls(**dict.fromkeys(_required(cls), NOT_GIVEN) | given)
 
     def to_mapping(self) -> dict[str, Any]:
-        """The raw table of the section, keys that are None left out."""
+        """The raw table of the section, without keys that are None."""
         values = {name: getattr(self, name) for name in self.rules()}
         return {
             name: value.to_mapping() if isinstance(value, Section) else value
@@ -251,8 +253,8 @@ class Section:
 def unknown(
     key: str, value: object, known: Iterable[str], meant: Iterable[str] | None = None
 ) -> SceneError:
-    """The refusal of a key: the keys there are, and the nearest of those that may be ``meant``."""
-    # tables made in Python may have keys that are no strings
+    """The error for an unknown key, with the known keys and the nearest of those ``meant``."""
+    # tables from Python may have keys that are not strings
     hint = did_you_mean(str(key).rpartition(".")[2], known if meant is None else meant)
     return SceneError(str(key), value, f"is not a known key; there are {', '.join(known)}{hint}")
 

@@ -1,1 +1,1 @@
-"""The discrete elastic potential: links, its four terms, and their sum over a chain."""
+"""Potentials: the four elastic terms of a link, their sum over a chain, and the repulsion."""

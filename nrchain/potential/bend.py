@@ -1,8 +1,8 @@
 """V = Σ_links (μ⊥/2)[(e₁·e₂′)² + (e₃·e₁′)²]: links resist bending; primed frames are the next's.
 
-The printed form is transversely isotropic to linear order only: on a chain that spins it leaves a
-torque about e₁ that wobbles, of order μβ², β the bend of a link. The ``isotropic`` measure has the
-same linear response without it,
+The printed form is transversely isotropic to linear order only: on a chain that spins it gives an
+oscillating torque about e₁ of order μβ², with β the bend of a link. The ``isotropic`` measure has
+the same linear response without this torque,
 
     V = Σ_links μ⊥(1 − e₁·e₁′).
 
@@ -30,18 +30,21 @@ def energy(e, f):
 
 @kernel
 def add_moment(e, f, modulus, moment):
+    """moment += the torque of the link on its first sphere."""
     add_product_moment(e[0], f[1], modulus, moment)
     add_product_moment(e[2], f[0], modulus, moment)
 
 
 @kernel
 def add_blocks(e, f, modulus, axis, own, other):
+    """own, other += the derivatives of the moment with rotations of the two spheres."""
     add_product_blocks(e[0], f[1], modulus, axis, own, other)
     add_product_blocks(e[2], f[0], modulus, axis, own, other)
 
 
 @kernel
 def isotropic_energy(e, f):
+    """V/μ⊥ = 1 − e₁·e₁′."""
     return 1.0 - dot(e[0], f[0])
 
 

@@ -1,10 +1,9 @@
 """V = Σ_links [stretch + shear + twist + bend]: the elastic chain of the paper's Appendix B.
 
-The terms stand in files of their own (:mod:`~nrchain.potential.stretch`,
-:mod:`~nrchain.potential.shear`, :mod:`~nrchain.potential.twist`, :mod:`~nrchain.potential.bend`).
-Here they are composed to kernels that pass once over the links and hold the terms present, no
-others: ``terms`` and ``isotropic`` are constants to the compiler, and what they exclude is not in
-the code.
+Each term has its own file (:mod:`~nrchain.potential.stretch`, :mod:`~nrchain.potential.shear`,
+:mod:`~nrchain.potential.twist`, :mod:`~nrchain.potential.bend`). The kernels here sum them in one
+pass over the links. ``terms`` and ``isotropic`` are constants to the compiler: a kernel contains
+the terms present and no others.
 
 Force F = −∂V/∂r and torque T = −Σ_a e_a × ∂V/∂e_a, both in the lab frame, so that a displacement
 u and a small rotation φ of a sphere change V by −F·u − T·φ.
@@ -50,7 +49,7 @@ def terms_of(moduli: Sequence[float]) -> tuple[str, ...]:
 
 
 def _axes(terms: tuple[str, ...]) -> tuple[int, int]:
-    """The frame vectors whose strain costs energy: e₁ for stretch, e₂ and e₃ for shear."""
+    """The range of frame vectors with a strain: e₁ for stretch, e₂ and e₃ for shear."""
     return (0 if "stretch" in terms else 1), (3 if "shear" in terms else 1)
 
 
@@ -188,7 +187,7 @@ def block_kernel(terms: tuple[str, ...], isotropic: bool) -> Any:
 
 @dataclass(frozen=True)
 class Elasticity:
-    """The elastic energy of a chain and its derivatives, for given moduli.
+    """V, −∂V/∂(u, φ) and its derivative: the elastic energy of a chain for given moduli.
 
     Parameters
     ----------
@@ -199,9 +198,9 @@ class Elasticity:
     moduli
         λ∥, λ⊥, μ∥ and μ⊥.
     isotropic
-        Whether twist and bend are measured isotropically.
+        Whether twist and bend have the isotropic measure.
     terms
-        The terms that the kernels hold; all others are left out, whatever their modulus.
+        The terms compiled into the kernels; all others are left out, for any modulus.
     """
 
     spacing: float
@@ -222,7 +221,7 @@ class Elasticity:
     def add_jacobian(self, positions: np.ndarray, frames: np.ndarray, blocks: np.ndarray) -> None:
         """blocks[i, w + m] += ∂(F, T)_i / ∂(u, φ)_{i+m}, for −3 ≤ m ≤ 3 and w ≥ 3.
 
-        u displaces and φ turns a sphere by a small rotation in the lab: e_a → e_a + φ × e_a.
+        u displaces and φ rotates a sphere in the lab: e_a → e_a + φ × e_a.
         """
         if self:
             add = block_kernel(self.terms, self.isotropic)

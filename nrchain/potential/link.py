@@ -1,12 +1,12 @@
 """C⁰e_a = Σ_m w_m e_a^m and C¹r = Σ_m w′_m r_m: the middle of a link between spheres i and i+1.
 
-Inner links take both over four spheres (weights −1, 9, 9, −1 over 16 and 1, −27, 27, −1 over 24d),
-which keeps the relaxation of long bends exact to fourth order in qd; the first and the last link of
-an open chain take two (½, ½ and −1, 1 over d). The paper's boundary terms print no ½ and a sum over
+Inner links average over four spheres (weights −1, 9, 9, −1 over 16 and 1, −27, 27, −1 over 24d):
+the relaxation of long bends is exact to fourth order in qd. The first and the last link of an open
+chain average over two (½, ½ and −1, 1 over d). The paper's boundary terms have no ½ and a sum over
 a = 1, 2: both are misprints.
 
-The kernels here are what the terms of the elastic energy have in common: strains of a link, the
-product rule of e × f, and the places in the Jacobian that they go to.
+The terms of the elastic energy share these kernels: strains of a link, derivatives of e × f, and
+their positions in the Jacobian.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from __future__ import annotations
 from nrchain._compile import kernel
 
 REACH = 3
-"""How many spheres along the chain the elastic forces reach."""
+"""Number of neighbours on either side that elastic forces reach."""
 
 # Frame weights (of i−1 and i+2, of i and i+1) and tangent weights, the latter times d.
 _WIDE = (-1 / 16, 9 / 16, 1 / 24, 27 / 24)
@@ -23,19 +23,19 @@ _NARROW = (0.0, 0.5, 0.0, 1.0)
 
 @kernel
 def is_wide(link, count, periodic):
-    """Whether the link has its four spheres, which it has not at the ends of an open chain."""
+    """Whether the link has four spheres: all links but the first and last of an open chain."""
     return periodic or 0 < link < count - 2
 
 
 @kernel
 def link_weights(wide):
-    """Weights (outer, inner) of C⁰ and of d C¹, the outer ones zero where they are two-body."""
+    """Weights (outer, inner) of C⁰ and of d C¹; outer weights are 0 for links of two spheres."""
     return _WIDE if wide else _NARROW
 
 
 @kernel
 def link_spheres(link, count, wide):
-    """The spheres i−1, i, i+1, i+2 of a link; where there are two, these stand in for the rest."""
+    """The spheres i−1, i, i+1, i+2 of a link; links of two spheres repeat them."""
     after = link + 1 if link + 1 < count else 0
     if not wide:
         return link, link, after, after
@@ -45,7 +45,7 @@ def link_spheres(link, count, wide):
 
 @kernel
 def link_tangent(positions, link, spheres, weights, spacing, period):
-    """C¹r; images of a periodic chain are a period away."""
+    """C¹r, with the images of a periodic chain."""
     count, outer, inner = positions.shape[0], weights[2] / spacing, weights[3] / spacing
     i, j, k, m = spheres
     shift = 0.0
@@ -113,7 +113,7 @@ def _add_strain_wrench(frame, along, stress, pull, tangent, wrench):
 def add_strain_wrenches(
     frames, first, last, spheres, wide, weights, spacing, tangent, tensions, wrenches
 ):
-    """wrenches −= Σ_a τ_a ∂(C⁰e_a·C¹r) over the spheres of a link: its tensions τ_a at work."""
+    """wrenches −= Σ_a τ_a ∂(C⁰e_a·C¹r) over the spheres of a link with tensions τ_a."""
     outer, inner, far, near = weights
     h, i, j, k = spheres
     of_i = stress_vector(frames, i, first, last, tensions)
@@ -229,7 +229,7 @@ def add_product_moment(e, f, modulus, moment):
 
 @kernel
 def add_product_blocks(e, f, modulus, axis, own, other):
-    """∂/∂φ and ∂/∂φ′ of :func:`add_product_moment`; ``axis`` (3,) is room to work in."""
+    """∂/∂φ and ∂/∂φ′ of :func:`add_product_moment`; ``axis`` (3,) is scratch space."""
     add_turned_cross(e, f, -modulus * dot(e, f), own, other)
     axis[:] = 0.0
     add_cross(e, f, 1.0, axis)
@@ -238,7 +238,7 @@ def add_product_blocks(e, f, modulus, axis, own, other):
 
 @kernel
 def add_turning_moment(moment, i, j, wrenches):
-    """The torque of a link on its first sphere i; the second, j, feels the opposite."""
+    """wrenches += the moment of a link on its first sphere i, and minus it on the second, j."""
     for k in range(3):
         wrenches[i, 3 + k] += moment[k]
         wrenches[j, 3 + k] -= moment[k]
@@ -246,7 +246,7 @@ def add_turning_moment(moment, i, j, wrenches):
 
 @kernel
 def add_turning_blocks(own, other, i, j, blocks):
-    """The derivatives (3, 3) of the moment of a link with the turns of its two spheres."""
+    """blocks += the derivatives (3, 3) of the moment with the rotations of the two spheres."""
     centre = blocks.shape[1] // 2
     for p in range(3):
         for q in range(3):

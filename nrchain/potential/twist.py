@@ -1,11 +1,11 @@
 """V = Σ_links (μ∥/2)(e₂·e₃′)²: links resist turning about e₁; primed frames are the next sphere's.
 
 The printed form is transversely isotropic to linear order only. The ``isotropic`` measure has the
-same linear response and does not change when both frames turn about their e₁ by one angle,
+same linear response and does not change if both frames rotate about their e₁ by the same angle,
 
     V = Σ_links (μ∥/2)[(e₂·e₃′ − e₃·e₂′)/2]².
 
-A product e_a·f_b changes by (e_a × f_b)·(φ − φ′): both spheres feel the same moment, opposite.
+A product e_a·f_b changes by (e_a × f_b)·(φ − φ′): the two spheres feel opposite moments.
 
 Source: paper, Appendix B.
 """
@@ -32,11 +32,13 @@ def energy(e, f):
 
 @kernel
 def add_moment(e, f, modulus, moment):
+    """moment += the torque of the link on its first sphere."""
     add_product_moment(e[1], f[2], modulus, moment)
 
 
 @kernel
 def add_blocks(e, f, modulus, axis, own, other):
+    """own, other += the derivatives of the moment with rotations of the two spheres."""
     add_product_blocks(e[1], f[2], modulus, axis, own, other)
 
 
@@ -47,6 +49,7 @@ def _sine(e, f):
 
 @kernel
 def isotropic_energy(e, f):
+    """V/μ∥ = ½ [(e₂·e₃′ − e₃·e₂′)/2]²."""
     return 0.5 * _sine(e, f) ** 2
 
 

@@ -1,1 +1,1 @@
-"""The linear theory of straight chains: endless, finite, and as a continuum rod."""
+"""The linear theory of straight chains: infinite, finite, and as a continuous rod."""

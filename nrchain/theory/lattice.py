@@ -5,21 +5,21 @@ straight stretch of chain: with B_m = ∂(v, ω)_i / ∂(u, φ)_{i+m},
 
     M(q) = Σ_m B_m e^{imqd},      Λ = the eigenvalues of M,
 
-overdamped. Elasticity gives wrenches K(q), which friction turns into twists, and slip comes beside
-them: M = μ(q) K(q) + Σ_slip, with 1/γ_T and 1/γ_R on the diagonal of μ for one-body friction, and
-the Fourier sum of the pair mobilities beside them for friction between spheres. The infinite sums
-of all pairs are taken to rounding: on a line the blocks of a slip flow and the mobilities are sums
-of pure powers of the distance, and :mod:`nrchain.theory.lattice_sums` knows those. Forces between
-spheres add up to nothing, so that the 1/r of the mobilities has a sum at every q > 0 and no part at
-q = 0. A uniform force on every sphere adds Σ_m ∂(μ_m·F), which has a sum too; the velocity that it
-gives the chain has one where friction is cut. The number of spheres of the scene matters only
-through its stiffness rule.
+for overdamped motion. Elasticity gives wrenches K(q), which friction turns into twists; slip adds
+twists: M = μ(q) K(q) + Σ_slip. One-body friction has 1/γ_T and 1/γ_R on the diagonal of μ; friction
+between spheres adds the Fourier sum of the pair mobilities. The infinite sums over all pairs are
+exact to rounding: on a line the blocks of a slip flow and the mobilities are sums of pure powers of
+the distance (:mod:`nrchain.theory.lattice_sums`). Forces between spheres sum to zero: the 1/r term
+of the mobilities converges at every q > 0 and vanishes at q = 0. A uniform force on every sphere
+adds Σ_m ∂(μ_m·F), which converges; the velocity due to it converges only if friction is cut. The
+number of spheres of the scene has an effect only through its stiffness rule.
 
-Frames. i is the index of a sphere, a material coordinate: a chain that translates at V0 is seen
-from along with it, and in coordinates fixed in space Λ becomes Λ − i q V0. A chain that spins at
-Ω0 about its axis has φ̇ = δω + Ω0 × φ in the lab (``frame="lab"``), where u and φ have lab
-components. In components along axes that spin with it (``frame="spinning"``), u̇ = δv − Ω0 × u and
-φ̇ = δω. A wave of hand ±, w_y ± i w_z for w = u and φ, is turned by Ω0 x̂ through e^{±iΩ0 t}, so
+Frames. i is the index of a sphere, a material coordinate: a chain that translates at V0 is
+described in a frame that moves with it; in coordinates fixed in space Λ becomes Λ − i q V0. A chain
+that spins at Ω0 about its axis has φ̇ = δω + Ω0 × φ in the lab (``frame="lab"``), where u and φ
+have lab components. In components along axes that spin with it (``frame="spinning"``), u̇ = δv − Ω0
+× u and φ̇ = δω. The spin Ω0 x̂ multiplies a wave of hand ±, w_y ± i w_z for w = u and φ, by e^{±iΩ0
+t}:
 
     Λ(lab) = Λ(spinning) ± i Ω0    for the branches of hand ±,
 
@@ -46,7 +46,7 @@ from nrchain.theory.straight_chain import Complex, StraightChain
 Frame = Literal["lab", "spinning"]
 
 WAVENUMBERS = 64
-"""How many waves, from one over the chain to two spheres long, are tried for growth."""
+"""Number of wavenumbers, from π/(N d) to π/d, that are tested for growth."""
 
 
 class Branch(IntEnum):
@@ -54,10 +54,11 @@ class Branch(IntEnum):
 
     BEND and SHEAR are the acoustic and the optical transverse branch. PLUS is the hand of waves in
     w_y + i w_z, on which x̂ × acts as +i: for q > 0 the right-handed helix (cos qx, sin qx); MINUS
-    is the other. Turning the sign of q swaps the hands: Λ_PLUS(−q) is the conjugate of Λ_MINUS(q).
+    is the opposite hand. A change of sign of q swaps the hands: Λ_PLUS(−q) is the conjugate of
+    Λ_MINUS(q).
 
-    Within a hand, BEND is the branch that goes over into the unsheared wave, in which the tangent
-    follows e_1, when its coupling to shear is taken away, and SHEAR the other: for q → 0 the BEND
+    Within a hand, BEND is the branch that becomes the unsheared wave, in which the tangent follows
+    e_1, as its coupling to shear vanishes; SHEAR is the other branch. For q → 0 the BEND
     rate vanishes and the SHEAR rate is the gap. STRETCH is the wave of u_x; TWIST that of φ_x.
     """
 
@@ -75,7 +76,7 @@ class Branch(IntEnum):
 
 
 def chain_waves(scene: Scene) -> NDArray[np.float64]:
-    """q (WAVENUMBERS,): from π/(N d), one over the chain, to π/d, two spheres long."""
+    """q (WAVENUMBERS,), from π/(N d) (half a wave on the chain) to π/d (a wave of two spheres)."""
     count, d = scene.chain.particles, scene.chain.spacing
     return np.linspace(math.pi / (count * d), math.pi / d, WAVENUMBERS)
 
@@ -86,19 +87,18 @@ def lattice_rates(scene: Scene, wavenumbers: ArrayLike, *, frame: Frame = "lab")
     Parameters
     ----------
     wavenumbers
-        q, in 1/length: qd is the phase from one sphere to the next. Any shape, (n,) as a rule.
+        q, in 1/length: qd is the phase from one sphere to the next. Any shape.
     frame
-        ``"lab"`` or ``"spinning"``, see the module; they differ on a chain that spins.
+        ``"lab"`` or ``"spinning"``, see the module; they differ if the chain spins.
 
-    The error is rounding, however stiff the chain is against stretch and shear: 1e-15 relative,
-    and some 3e-15/(qd)² for the bending waves of 3a, whose force cancels to that order. Where
-    body axes other than ±e_1 make the chain anisotropic the hands mix: each column is then the
-    branch with the largest share in that of the isotropic chain, and the error is 1e-16 of the
-    largest rate of all.
+    The relative error is 1e-15 at any stiffness against stretch and shear, and about 3e-15/(qd)²
+    for the bending waves of 3a, whose force cancels to that order. Body axes other than ±e_1 make
+    the chain anisotropic and mix the hands: each column is then the branch with the largest share
+    in that of the isotropic chain, and the error is 1e-16 of the largest rate.
 
-    Raises :class:`~nrchain.errors.SceneError` for strengths that differ from sphere to sphere, for
-    a straight chain that is no steady state, a sum that diverges, and friction cut at a reach at
-    which its mobility is not positive definite, as it may be where spheres nearly touch.
+    Raises :class:`~nrchain.errors.SceneError` for strengths that differ between spheres, a straight
+    chain that is not a steady state, a sum that diverges, and a cut mobility that is not positive
+    definite, which may happen if spheres nearly touch.
     """
     chain, phases = _read(scene, wavenumbers)
     soft = chain.soft_operator(phases)
@@ -114,7 +114,7 @@ def lattice_rates(scene: Scene, wavenumbers: ArrayLike, *, frame: Frame = "lab")
         a, b = reduced[..., bend, bend], reduced[..., bend, shear]
         c, d = reduced[..., shear, bend], reduced[..., shear, shear]
         rates[..., bend], rates[..., shear] = _two_branches(a, b, c, d)
-    # turning a sphere about its own axis moves no fluid differently: u_x and φ_x are triangular
+    # rotating a sphere about its own axis does not change its flow: u_x and φ_x are triangular
     for branch in (Branch.STRETCH, Branch.TWIST):
         rates[..., branch] = reduced[..., branch, branch]
     return rates
@@ -153,14 +153,14 @@ def steady_rotation(scene: Scene) -> NDArray[np.float64]:
 def steady_stress(scene: Scene, spheres: int | None = None) -> NDArray[np.float64]:
     """(F, T) (6,): the slip force and torque of all spheres right of a cut on all left of it.
 
-    γ_T and γ_R times the velocities and angular velocities induced, each torque about its own
-    sphere; for modes that push the chain as a whole the other side is acted on differently. Right
-    on left is the sign of a stress, and that of the paper's prestress (Eq. 2s_prestress); its
-    pre-moment (Eq. 3a_pretorque) is left on right.
+    γ_T and γ_R times the induced velocities and angular velocities, with each torque about its own
+    sphere. For modes that propel the chain, the action of left on right is different. Right on left
+    is the sign of a stress and of the paper's prestress (Eq. 2s_prestress); the paper's pre-moment
+    (Eq. 3a_pretorque) is left on right.
 
-    ``spheres`` is how many there are on either side, endless when None. A pair at distance m
-    crosses m cuts: all pairs of an endless 2s chain give an infinite force. Friction between
-    spheres, fields and flows have no part in it. Errors as for :func:`lattice_rates`.
+    ``spheres`` is the number on either side, infinite if None. A pair at distance m crosses m cuts:
+    all pairs of an infinite 2s chain give an infinite force. Friction between spheres, fields and
+    flows are not included. Errors as for :func:`lattice_rates`.
     """
     alone = {name: None for name in require_scene(scene).further}
     chain = StraightChain(load_scene(scene, friction="one-body", **alone))
@@ -193,15 +193,15 @@ def _add_spin(chain: StraightChain, operator: Complex, frame: Frame) -> None:
     spin = chain.twist[3]
     if spin and chain.turning and chain.fixed:
         allowed = (
-            "turns what makes the chain anisotropic against what stays as it is in the lab: there"
-            " are no axes with steady coefficients"
+            "rotates the anisotropy of the chain relative to that of the lab: no axes have steady"
+            " coefficients"
         )
         raise SceneError("steady rotation", float(spin), allowed)
     if frame == "lab":
         if spin and chain.turning:
             allowed = (
                 "an anisotropic chain that spins has steady coefficients only in axes that"
-                " spin with it: pass frame='spinning'"
+                " spin with it: use frame='spinning'"
             )
             raise SceneError("frame", frame, allowed)
         operator[..., 4, 5] -= spin
@@ -209,8 +209,8 @@ def _add_spin(chain: StraightChain, operator: Complex, frame: Frame) -> None:
     elif frame == "spinning":
         if spin and chain.fixed:
             allowed = (
-                "a chain that spins past what stays as it is in the lab has steady coefficients"
-                " only there: pass frame='lab'"
+                "a chain that spins in an anisotropic field or flow has steady coefficients only in"
+                " the lab: use frame='lab'"
             )
             raise SceneError("frame", frame, allowed)
         operator[..., 1, 2] += spin
@@ -222,9 +222,9 @@ def _add_spin(chain: StraightChain, operator: Complex, frame: Frame) -> None:
 def _reduce(chain: StraightChain, soft: Complex, phases: np.ndarray) -> Complex:
     """Q† L⁻¹ M L Q with L L† = μ, in the order of :class:`Branch`.
 
-    Stretch and shear act on three strains alone, −μ g g†, so that a unitary basis made of the
-    strains L† g and of the directions across them holds the stiffness in three entries of the
-    diagonal. The soft rates are then as exact as if it were absent.
+    Stretch and shear act on three strains alone, −μ g g†. In a unitary basis of the strains L† g
+    and the directions across them, the stiffness is in three diagonal entries. The other rates are
+    then as exact as without it.
     """
     moduli, root = chain.scene.moduli, _root(chain, phases)
     adjoint = root.conj().swapaxes(-1, -2)
@@ -257,13 +257,12 @@ def _reduce(chain: StraightChain, soft: Complex, phases: np.ndarray) -> Complex:
 
 
 def _root(chain: StraightChain, phases: np.ndarray) -> Complex:
-    """L of μ = L L†, which keeps the hands apart and along x from across, as μ does."""
+    """L of μ = L L†, which separates the hands, and along x from across, as μ does."""
     try:
         return np.linalg.cholesky(chain.mobility(phases)).astype(complex, copy=False)
     except np.linalg.LinAlgError:
         allowed = (
-            "cut there, the mobility of spheres this close is not positive definite: name more"
-            " neighbours"
+            "the cut mobility of spheres this close is not positive definite: use more neighbours"
         )
         if has_sum(chain.scene, "friction.neighbours"):
             allowed += ", or 'all'"
@@ -272,7 +271,7 @@ def _root(chain: StraightChain, phases: np.ndarray) -> Complex:
 
 
 def _two_branches(a, b, c, d) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues of [[a, b], [c, d]], that next to a first, free of differences that cancel."""
+    """Eigenvalues of [[a, b], [c, d]], the one nearer to a first, without cancellation."""
     half = (a - d) / 2.0
     root = np.sqrt(half * half + b * c)
     root = np.where((half.conj() * root).real < 0.0, -root, root)
@@ -283,7 +282,7 @@ def _two_branches(a, b, c, d) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _matched_eigenvalues(reduced: Complex) -> Complex:
-    """Eigenvalues of the reduced operator, each in the column of its largest share."""
+    """Eigenvalues of the reduced operator, each in the column where its vector is largest."""
     from scipy.optimize import linear_sum_assignment
 
     values, vectors = np.linalg.eig(reduced)

@@ -1,13 +1,12 @@
-"""Σ_m cos(mθ)/m^s and Σ_m sin(mθ)/m^s, for m up to k or without end: what an infinite chain adds.
+"""Σ_m cos(mθ)/m^s and Σ_m sin(mθ)/m^s, up to m = k or to infinity.
 
-Without end they are the real and the imaginary part of the polylogarithm Li_s(e^{iθ}). For whole
+The infinite sums are the real and the imaginary part of the polylogarithm Li_s(e^{iθ}). For whole
 s ≥ 1 and 0 < θ ≤ π, with ζ the zeta function and H_n = 1 + 1/2 + … + 1/n,
 
     Li_s(e^{iθ}) = Σ_{n ≠ s−1} ζ(s−n) (iθ)^n / n! + (iθ)^{s−1}/(s−1)! (H_{s−1} − ln θ + iπ/2).
 
-The terms beyond n = s shrink at least fourfold from one to the next, so that sixty of them reach
-the rounding of double precision, at small θ without any cancellation. Phases outside (−π, π] are
-brought back to it.
+Beyond n = s each term is smaller than the one before by a factor of at least four: sixty terms
+reach double precision, at small θ without cancellation. Phases are reduced to (−π, π].
 """
 
 from __future__ import annotations
@@ -22,16 +21,16 @@ from numpy.typing import ArrayLike, NDArray
 from nrchain.errors import SceneError
 
 Reach = int | Literal["all"]
-"""How many neighbours on either side count."""
+"""Number of neighbours on either side in a sum."""
 
 TERMS = 60
 """Terms of the series beyond n = s; half of them vanish. π/2π to this power is below 1e-18."""
 
 MOST_TERMS = 1_000_000
-"""Sums over more neighbours than this are not taken term by term."""
+"""Largest number of neighbours that are summed term by term."""
 
 STRIDE = 16.0
-"""Pairs are evaluated at d, 16 d, 256 d, …: powers of their distance are then well apart."""
+"""Pairs are evaluated at d, 16 d, 256 d, …, where the powers of the distance differ strongly."""
 
 _CHUNK = 1 << 16
 
@@ -104,7 +103,7 @@ def _reduce(phases: ArrayLike) -> NDArray[np.float64]:
 def _direct(power: int, theta: NDArray[np.float64], reach: int, term) -> NDArray[np.float64]:
     """Σ_{m ≤ reach} term(mθ)/m^s, smallest terms first."""
     if reach > MOST_TERMS:
-        allowed = f"must be at most {MOST_TERMS}: sums over more neighbours are taken without end"
+        allowed = f"must be at most {MOST_TERMS}; use 'all' for the sum over all neighbours"
         raise SceneError("neighbours", reach, allowed)
     total = np.zeros(theta.shape)
     step = max(1, _CHUNK // max(1, theta.size))
@@ -116,7 +115,7 @@ def _direct(power: int, theta: NDArray[np.float64], reach: int, term) -> NDArray
 
 @lru_cache(maxsize=32)
 def _coefficients(power: int) -> NDArray[np.float64]:
-    """ζ(s−n)/n! for n = 0, 1, …, without the term n = s−1, which the logarithm stands for."""
+    """ζ(s−n)/n! for n = 0, 1, …, without the term n = s−1, which the logarithm replaces."""
     from scipy.special import zeta
 
     row = np.zeros(power + TERMS)

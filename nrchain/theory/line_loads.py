@@ -1,19 +1,19 @@
-"""T_i = Σ_{j≤i} f_j: what every link of the straight chain carries, and how it swims and spins.
+"""T_i = Σ_{j≤i} f_j: the tension and moment of every link of the straight chain, with V and Ω.
 
 On the straight chain slip, fields and flows give sphere j the velocity u_j along it. Links that do
-not stretch let all spheres move with one velocity V, and the forces f_j with which they act on the
-spheres make up the difference, through the friction μ that the scene names:
+not stretch force all spheres to move with one velocity V. The link forces f_j on the spheres follow
+from the friction μ of the scene:
 
     Σ_k μ_jk f_k + u_j = V,      Σ_j f_j = 0      (free and periodic ends)
     Σ_k μ_jk f_k + u_j = 0                        (clamped ends, f with that of the supports).
 
 With one-body friction f_j = γ_T (V − u_j): the tension T_i of the link from i to i + 1, positive
-where it pulls, is the drag that the spheres 0 … i share less the forces on them. Held ends and a
-period leave one constant open, which the links close: their extensions add up to nothing. Torques
-about the chain give its spin Ω and the moment that each link carries in the same way.
+if it pulls, is the drag on the spheres 0 … i minus the other forces on them. Clamped and periodic
+ends leave one constant free; it follows from the extensions of the links, which sum to zero.
+Torques about the chain give its spin Ω and the moment of each link in the same way.
 
-The law is exact for strengths that differ from sphere to sphere. Spheres are at their rest distance
-d: what links give way is of the next order in T/λ∥d (:mod:`nrchain.theory.straight_state`).
+The law is exact for strengths that differ between spheres. Spheres are at their rest distance d:
+the extension of links is of the next order in T/λ∥d (:mod:`nrchain.theory.straight_state`).
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ from nrchain.scene.scene import Scene, load_scene, require_scene
 from nrchain.wording import brief
 
 ACROSS = 1e-10
-"""Velocities across a chain below this part of the largest that add up to them are rounding."""
+"""Velocities across the chain below this fraction of the largest contribution are rounding."""
 
 ACCURACY = 1e-12
-"""Relative residual to which forces through friction between spheres are solved for."""
+"""Relative residual of the link forces with friction between spheres."""
 
 ROUNDING = 1e-12
-"""Differences of velocities below this part of them are rounding."""
+"""Relative differences of velocities below this are rounding."""
 
 Extension = Callable[[np.ndarray], float]
 
@@ -51,7 +51,7 @@ _ALONG = (0, 3)
 
 @dataclass(frozen=True)
 class LineLoads:
-    """What the links of a straight chain carry at its rest length.
+    """T_i and m_i of the links of a straight chain at its rest length, with V and Ω.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class LineLoads:
         (L,) of each link: the force that pulls its spheres together, and the torque about x with
         which the sphere ahead acts on that behind. N − 1 links, or N on a periodic chain.
     velocity, spin
-        (3,) and the rate about x, of the chain as a whole; zero between clamped ends.
+        V (3,) and the rate Ω about x of the whole chain; zero with clamped ends.
     """
 
     tension: np.ndarray
@@ -73,8 +73,8 @@ class LineLoads:
 def line_loads(scene: Scene) -> LineLoads:
     """T_i = Σ_{j≤i} f_j and m_i = Σ_{j≤i} τ_j, with V and Ω, of the straight chain of a scene.
 
-    Raises :class:`~nrchain.errors.SceneError` where the chain does not stay straight: what acts on
-    it moves its spheres apart across it, or turns them.
+    Raises :class:`~nrchain.errors.SceneError` if the chain does not stay straight: spheres rotate
+    about an axis across it, or move apart across it.
 
     >>> from nrchain import load_scene
     >>> halves = {"slip.3t": [500.0] * 8 + [-500.0] * 8, "slip.2s": None, "run.end": 1.0}
@@ -104,7 +104,7 @@ def line_loads(scene: Scene) -> LineLoads:
 
 
 def without_links(scene: Scene) -> Scene:
-    """The scene of the same spheres, held by nothing: no springs and no clamps."""
+    """The scene of the same spheres without links and clamps."""
     slack = {f"elasticity.{name}": 0.0 for name in ("stretch", "shear", "twist", "bend")}
     ends = "free" if scene.chain.ends == "clamped" else scene.chain.ends
     return load_scene(scene, **{"elasticity.ratio": None, **slack, "chain.ends": ends})
@@ -119,9 +119,9 @@ def straight_poses(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
 
 
 def refuse_bending(scene: Scene, poses: tuple[np.ndarray, np.ndarray], twists: np.ndarray) -> None:
-    """Raise for twists (N, 6) that turn the spheres of a straight chain, or part them, across it.
+    """Raise SceneError if twists (N, 6) rotate or separate the spheres across a straight chain.
 
-    All may drift alike, unless the ends are clamped.
+    Spheres may all drift alike, unless the ends are clamped.
     """
     if not _bends(scene, twists):
         return
@@ -154,7 +154,7 @@ def _bends(scene: Scene, twists: np.ndarray) -> bool:
 def _twists_of(
     cls: type[Effect], scene: Scene, model: Model, poses: tuple[np.ndarray, np.ndarray]
 ) -> np.ndarray:
-    """What one effect gives every sphere by itself; nothing for those that are part of others."""
+    """(v, ω) (N, 6) of one effect by itself; zero for effects that the model sums together."""
     out = np.zeros((model.count, 6))
     if cls.fused or cls.gives == "mobility":
         return out
@@ -166,18 +166,18 @@ def _twists_of(
 
 
 def _compliances(scene: Scene) -> tuple[Extension, Extension]:
-    """For forces and for torques: the extension that loads (L,) of the links add up to."""
+    """The total extension, and the total twist, due to loads (L,) of the links."""
     if scene.chain.ends == "clamped":
         return _extension_between_clamps(scene), np.sum
     return np.sum, np.sum
 
 
 def _extension_between_clamps(scene: Scene) -> Extension:
-    """Loads (L,) ↦ λ∥ Σ extensions: links of four spheres and of two give way differently."""
+    """Loads (L,) ↦ λ∥ Σ extensions: links over four spheres and over two differ in stiffness."""
     unit = elasticity_of(scene, (1.0, 0.0, 0.0, 0.0), ("stretch",))
     blocks = np.zeros((scene.chain.particles, 2 * REACH + 1, 6, 6))
     unit.add_jacobian(*straight_poses(scene), blocks)
-    # the last sphere is pulled and the first is held: its shift is the sum of all extensions
+    # with the first sphere held, the shift of the last is the sum of all extensions
     stiffness = from_blocks(-blocks[:, :, :1, :1], periodic=False)[1:, 1:]
     factors = sparse_factors(stiffness)
 
@@ -195,7 +195,7 @@ def sparse_factors(matrix: Any) -> Any:
     try:
         return splu(matrix.tocsc())
     except RuntimeError as error:
-        raise FloatingPointError(f"the straight chain has no sound factors: {error}") from None
+        raise FloatingPointError(f"the matrix of the straight chain is singular: {error}") from None
 
 
 def from_blocks(blocks: np.ndarray, *, periodic: bool) -> Any:
@@ -211,7 +211,7 @@ def from_blocks(blocks: np.ndarray, *, periodic: bool) -> Any:
 
 
 def _mobility(scene: Scene, positions: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """W (N, 6) ↦ μ·W (N, 6) at these positions, clamps left out."""
+    """W (N, 6) ↦ μ·W (N, 6) at these positions, without clamps."""
     chain, friction = scene.chain, scene.friction
     if friction.kind == "one-body":
         return lambda wrenches: wrenches / np.repeat(scene.drag, 3)
@@ -250,5 +250,5 @@ def _constraint(
     operator = LinearOperator((len(target),) * 2, matvec=lambda v: apply(v) / own, dtype=float)
     found, left = cg(operator, shared(target / size), rtol=ACCURACY, maxiter=10 * len(target))
     if left:
-        raise FloatingPointError("no forces that keep the chain straight are found")
+        raise FloatingPointError("the link forces of the straight chain do not converge")
     return shared(found) * (size / own)

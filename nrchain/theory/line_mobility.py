@@ -1,8 +1,8 @@
-"""Σ_m μ_m W_{i±m}: what wrenches on all spheres of an endless straight chain do through the fluid.
+"""Σ_m μ_m W_{i±m}: twists due to wrenches on all other spheres of an infinite straight chain.
 
 The mobility of two spheres on a line is a sum of pure powers of their distance, and so is its
-derivative when one of them is displaced. Their coefficients are read off the code of the
-simulation, evaluated on two spheres at a few distances.
+derivative with a displacement. The coefficients come from the code of the simulation, evaluated
+for two spheres at a few distances.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _POWERS = (
 
 
 class LineMobility:
-    """μ between the spheres of an endless straight chain along x, ``reach`` places far.
+    """μ between the spheres of an infinite straight chain along x, up to ``reach`` neighbours.
 
     ``powers[s]`` (2, 6, 6) are the coefficients of 1/m^s in the twist that a wrench on the sphere m
     places to the right (row 0) or left (row 1) gives.
@@ -79,8 +79,8 @@ class LineMobility:
             total = power_sum(power, self.reach)
             if pushed.any() and math.isinf(total):
                 allowed = (
-                    "the same force on all spheres of an endless chain moves them at a speed that"
-                    " has no limit: name a number"
+                    "the same force on all spheres of an infinite chain gives a velocity without"
+                    " limit: use a number"
                 )
                 raise SceneError("friction.neighbours", self.reach, allowed)
             twist[pushed] += both[pushed] * total

@@ -1,9 +1,9 @@
-"""What the infinite straight chain of a scene is made of: pair twists and blocks, and its motion.
+"""Σ_s c_s m^−s: pair twists, blocks and mobilities of the infinite straight chain of a scene.
 
-On a line, the twist that a slip flow gives a sphere m places away and the derivative of that twist
-are sums of pure powers of m; so is the mobility of friction between them. Their coefficients are
-read off the code of the simulation, evaluated on two spheres at a few distances, mode by mode; its
-elastic blocks, on a short ring of spheres.
+On a line, the twist that a slip flow gives the m-th neighbour is a sum of pure powers of m, and so
+are its derivative and the mobility of a pair. The coefficients come from the code of the
+simulation, evaluated for two spheres at a few distances, mode by mode. Elastic blocks come from a
+short ring of spheres.
 """
 
 from __future__ import annotations
@@ -55,15 +55,14 @@ class StraightChain:
     """The infinite straight chain of a scene: pair twists and blocks as powers of the distance.
 
     ``twists[s]`` (2, 6) and ``blocks[s]`` (2, 6, 6) are the coefficients of 1/m^s in the twist,
-    and in its derivative, that the slip of the sphere m places to the right (row 0) or left (row 1)
-    gives. ``between`` holds the mobilities of friction between spheres, None with one-body
-    friction, and ``dragged[s]`` the coefficients in the derivative of the twist that the uniform
-    wrench on each sphere gives the others through them. ``own`` and ``own_wrench`` (6, 6) are the
-    derivatives of what uniform effects do to each sphere. No other wrench acts on a sphere of the
-    straight chain, so that a change of the mobility moves none.
+    and in its derivative, due to the slip of the m-th sphere to the right (row 0) or left (row 1).
+    ``between`` holds the mobilities of friction between spheres, None with one-body friction.
+    ``dragged[s]`` are the coefficients in the derivative of the twist due to the uniform wrench on
+    all other spheres. ``own`` and ``own_wrench`` (6, 6) are the derivatives of uniform effects with
+    the own pose. Other wrenches vanish on the straight chain.
 
-    ``turning`` and ``fixed`` say what makes the chain anisotropic: axes and forces that turn with
-    the spheres, and what stays in the lab.
+    ``turning`` and ``fixed`` say what makes the chain anisotropic: axes and forces that rotate with
+    the spheres, and fields and flows fixed in the lab.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -96,11 +95,11 @@ class StraightChain:
 
     @property
     def isotropic(self) -> bool:
-        """Whether a turn about the chain changes nothing."""
+        """Whether a rotation about the chain changes nothing."""
         return not (self.turning or self.fixed)
 
     def _add_mode(self, label: str, strength: float, axis) -> None:
-        """Evaluate the pairs of a mode at several distances, and take their powers apart."""
+        """Evaluate pairs of a mode at several distances, and separate the powers."""
         mode, spacing = slip_modes.find(label), self.scene.chain.spacing
         finite_size = self.scene.slip.finite_size
         flow = sorted({k for _, k in mode.flow(finite_size)})
@@ -124,10 +123,10 @@ class StraightChain:
                 self.twists.setdefault(power, np.zeros((2, 6)))[:, rows] += share
 
     def _add_effect(self, effect: type[Effect]) -> None:
-        """Add what every sphere feels by its own pose, all alike, to the motion and its derivative.
+        """Add a uniform effect to the motion and its derivative.
 
-        What depends on the place of a sphere is taken for fixed in the lab, and what depends on
-        its turns for turning with it.
+        An effect that depends on position counts as fixed in the lab; one that depends on
+        rotation counts as rotating with the sphere.
         """
         given, own = effect.straight(self.scene)
         if np.any(given[4:]):
@@ -152,7 +151,7 @@ class StraightChain:
             self.fixed |= bool(given[1] != turned[2] or given[2] != -turned[1])
 
     def _check_steady(self) -> None:
-        """Find V0 and Ω0, and refuse a straight chain that does not stay one."""
+        """Compute V0 and Ω0; refuse a chain that does not stay straight."""
         scale = np.zeros(6)
         for power, sides in self.twists.items():
             both = sides[0] + sides[1]
@@ -208,7 +207,7 @@ class StraightChain:
 
     def elastic(self, phases: np.ndarray, moduli: tuple[float, ...]) -> Complex:
         """K(q) (..., 6, 6): the wrenches (F, T) = K (u, φ) that these moduli give."""
-        # terms of no modulus are kept for the sake of kernels that the simulation has compiled
+        # zero terms stay, so that the kernels of the simulation are reused
         kept = {*terms_of(self.scene.moduli), *terms_of(moduli)}
         terms = tuple(term for term in TERMS if term in kept)
         chain, count = self.scene.chain, 2 * REACH + 1
@@ -219,7 +218,7 @@ class StraightChain:
         row = blocks[0]
         centre = len(row) // 2
         total = row.sum(axis=0)
-        # a uniform displacement or shear pulls each sphere both ways alike: all but rounding
+        # for uniform displacement and shear the two sides cancel: remove rounding
         total[:, :3] = total[:3] = 0.0
         operator = np.zeros((*phases.shape, 6, 6), complex) + total
         for m in range(1, centre + 1):

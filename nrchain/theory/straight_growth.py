@@ -1,15 +1,15 @@
-"""λ of J (u, φ) = λ (u, φ): how a finite chain leaves its own straight state.
+"""J (u, φ) = λ (u, φ): growth rates λ of a finite chain about its straight state.
 
-J is the derivative of the twists with the poses, about the straight state of the chain itself
-(:mod:`nrchain.theory.straight_state`), in axes that spin with it. What happens along the chain, to
-u_x and φ_x, and across it come apart. Where nothing tells the axes across the chain from each
-other, u_y + i u_z and φ_y + i φ_z are two complex numbers a sphere: the matrix has half the size.
+J is the derivative of the twists with the poses, about the straight state of the chain
+(:mod:`nrchain.theory.straight_state`), in axes that spin with it. Motion along the chain (u_x, φ_x)
+and across it decouple. For an isotropic chain u_y + i u_z and φ_y + i φ_z are two complex numbers
+for each sphere, and the matrix has half the size.
 
-Up to :data:`DENSE` spheres all eigenvalues are found. Of longer chains those nearest to some real
-rates are, from one fold over the run to the fastest that neighbours can give each other. Where all
-pairs act, a long chain is judged by one with one-body friction whose slip reaches :data:`REACH`
-places, about the straight state of that chain: to cut J alone would leave it tensions that nothing
-balances.
+Up to :data:`DENSE` spheres all eigenvalues are computed. For longer chains those nearest to a set
+of real rates are computed, from one e-fold over the run to the fastest rate between neighbours. A
+long chain whose flows act over all pairs is replaced by one with one-body friction and slip over
+:data:`REACH` neighbours, about the straight state of that chain: a cut of J alone would leave
+unbalanced tensions.
 """
 
 from __future__ import annotations
@@ -27,34 +27,34 @@ from nrchain.theory.line_loads import from_blocks, without_links
 from nrchain.theory.straight_state import StraightState, straight_state
 
 DENSE = 100
-"""Spheres up to which all eigenvalues are taken: some 0.1 s."""
+"""Largest number of spheres for which all eigenvalues are computed: about 0.1 s."""
 
 NEAREST, APART = 4, 8.0
-"""Of longer chains, how many eigenvalues are taken near each rate, and how far rates are apart."""
+"""For longer chains: eigenvalues computed near each rate, and the factor between rates."""
 
 REACH = 8
-"""Places along a long chain over which its slip acts when it is judged."""
+"""Neighbours over which the slip of a long chain acts in its growth rates."""
 
 TRIED = 12
-"""Growing modes that are looked at to find one that is no motion of the chain as a whole."""
+"""Growing modes that are tested to find one that is not a rigid motion."""
 
 RIGID = 1e-3
-"""A mode belongs to the chain as a whole if less than this part of it is anything else."""
+"""A mode is a rigid motion if less than this fraction of it is anything else."""
 
 LARGEST = 1e100
-"""Derivatives from here on leave the range of floats when eigenvalues are taken."""
+"""Larger derivatives leave the range of floats in eigenvalue routines."""
 
 TINY = float(np.finfo(float).tiny)
 
 ISOTROPIC = 1e-10
-"""Differences of J with the axes across the chain, in units of its largest entry, of rounding."""
+"""Largest anisotropy of J across the chain, relative to its largest entry, due to rounding."""
 
 _ALONG, _ACROSS = (0, 3), (1, 4, 2, 5)
 
 
 @dataclass(frozen=True)
 class Mode:
-    """The fastest mode of a kind: its rate Re λ, 0 where nothing grows, and what links do in it.
+    """Re λ of the fastest mode, 0 if none grows, with its shear and phase.
 
     ``shear`` is the largest angle between a link and e₁ over the largest turn of a sphere: 0 in a
     mode that bends, 1 or more in one that shears. ``phase`` is the root mean square turn from
@@ -68,7 +68,7 @@ class Mode:
 
 @dataclass(frozen=True)
 class StraightGrowth:
-    """The fastest modes along and across a chain; ``whole`` is False of one that was cut."""
+    """The fastest modes along and across a chain; ``whole`` is False if its flows were cut."""
 
     along: Mode
     across: Mode
@@ -122,12 +122,12 @@ def _jacobian(model: Model, state: StraightState, whole: bool) -> Any:
             model.add_product(unit.reshape(-1, 6), twists)
             column[:] = twists.ravel()
     if not abs(near).max() < LARGEST:
-        raise FloatingPointError("its derivatives are too large for eigenvalues")
+        raise FloatingPointError("the derivatives are too large to compute eigenvalues")
     return near + from_blocks(own, periodic=periodic)
 
 
 def _fastest_of_neighbours(scene: Scene, state: StraightState) -> float:
-    """max Σ |∂v| over what neighbours give a sphere but by springs: a bound on their rates."""
+    """max Σ |∂v| of neighbours without springs: a bound on the rates."""
     model = Model(without_links(scene))
     blocks = np.empty((model.count, 2 * model.reach + 1, 6, 6))
     model.linearise(state.positions, state.frames, blocks)
@@ -153,7 +153,7 @@ def _isotropic(matrix: Any) -> Any:
 def _fastest(
     matrix: Any, rates: tuple[float, float], read: Callable[[np.ndarray], Mode | None]
 ) -> Mode:
-    """The growing mode of largest Re λ of which ``read`` makes something."""
+    """The growing mode of largest Re λ that ``read`` accepts."""
     candidates = _all_modes if matrix.shape[0] <= 4 * DENSE else _nearest_modes
     for value, shape in candidates(matrix, *rates):
         if value.real <= 0.0:
@@ -233,7 +233,7 @@ def _shifts_and_slopes(parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _as_mode(shifts: np.ndarray, slopes: np.ndarray, places: np.ndarray) -> Mode:
-    """What the links between these spheres do."""
+    """Shear and phase of a mode from its displacements and slopes."""
     links = np.diff(shifts, axis=1) / np.diff(places)
     sheared = np.abs(links - 0.5 * (slopes[:, 1:] + slopes[:, :-1])).max()
     turned = max(float(np.abs(slopes).max()), TINY)

@@ -1,10 +1,10 @@
-"""dx/dt = v(x, ψ) along the line: what becomes of a straight chain that stays straight.
+"""dx/dt = v(x, ψ) along the line: the steady or final state of a chain that stays straight.
 
-The chain starts at its rest length. Its links lengthen, shorten and twist under what they carry, by
-(I/h − J)(Δx, Δψ) = (v, ω) in each step (linearly implicit Euler, which is Newton's method at large
-h), until nothing moves any more, spheres touch, a link has turned by a quarter turn, or the run is
-over. Each step is taken whole and in two halves. Where these differ, it is too long: implicit steps
-damp what grows, and would come to rest where a chain collapses slowly at first.
+The chain starts at its rest length. Its links lengthen, shorten and twist under their loads by
+(I/h − J)(Δx, Δψ) = (v, ω) in each step (linearly implicit Euler, Newton's method at large h), until
+the chain rests, spheres touch, a link has twisted by a quarter turn, or the run ends. Each step is
+taken once as a whole and once in two halves; if the results differ, the step is too long. Implicit
+steps damp growing motion and could otherwise miss a slow collapse.
 
 Deuflhard, Newton Methods for Nonlinear Problems (2004), sec. 6.4: pseudo-transient continuation.
 """
@@ -24,27 +24,27 @@ from nrchain.scene.scene import Scene
 from nrchain.theory.line_loads import from_blocks, refuse_bending, sparse_factors, straight_poses
 
 LONGEST = 1000
-"""Spheres of the longest chain that is followed: its judgement takes some seconds."""
+"""Spheres of the longest chain that is computed: it takes some seconds."""
 
 FIRST, SHRINKAGE, GROWTH = 1.0 / 64.0, 0.1, 2.0
 """The first step, in units of the run, and by how much steps may shrink and grow."""
 
 CHANGE, ERROR = 0.05, 1e-3
-"""A step changes a link by at most this part of d, and this many radians; and its two halves come
-out this near to it."""
+"""A step changes a link by at most this fraction of d and this many radians; whole and half steps
+agree to this error."""
 
 STEPS = 1000
-"""Steps after which a chain that still moves is left where it is."""
+"""Largest number of steps; a chain that still moves is returned as it is."""
 
 STILL = 1e-9
-"""Links that would change by less than this in what is left of the run, in d and radians, rest."""
+"""Links rest if they change by less than this in the rest of the run, in d and radians."""
 
 _ALONG = [0, 3]
 
 
 @dataclass(frozen=True)
 class StraightState:
-    """A straight chain under what its links carry.
+    """(x, ψ) of a straight chain under the loads of its links.
 
     Attributes
     ----------
@@ -55,11 +55,11 @@ class StraightState:
     lengths, turns
         (L,) of each link: its length, and the angle between its frames about x.
     time
-        That of this state.
+        Time of this state.
     stopped
-        Why the straight chain cannot go on from here, and where; None if it can.
+        Why the straight chain stops here; None if it does not.
     link
-        The link of that.
+        The link at which it stops.
     """
 
     positions: np.ndarray
@@ -73,14 +73,14 @@ class StraightState:
 
 
 def straight_state(scene: Scene) -> StraightState:
-    """The straight chain at the end of the run, or where its spheres touch or a link turns over.
+    """The straight chain at the end of the run, or when spheres touch or a link twists too far.
 
     Raises :class:`~nrchain.errors.SceneError` for a chain that does not stay straight, see
     :func:`nrchain.theory.line_loads.line_loads`, and one of more than ``LONGEST`` spheres;
     FloatingPointError beyond the range of floats.
     """
     if scene.chain.particles > LONGEST:
-        allowed = f"is more than the {LONGEST} spheres up to which chains are judged"
+        allowed = f"must be at most {LONGEST} to compute the straight state"
         raise SceneError("chain.particles", scene.chain.particles, allowed)
     line, moved = _Line(scene), True
     end, time, step = scene.run.end, 0.0, FIRST * scene.run.end
@@ -113,21 +113,21 @@ class _Line:
         self._periodic = scene.chain.ends == "periodic"
 
     def rates(self) -> np.ndarray:
-        """(ẋ, ψ̇) (N, 2) of all spheres, without what they share."""
+        """(ẋ, ψ̇) (N, 2) of all spheres, without their mean."""
         self._twists = self._model.twists(self._positions, self._frames)
         if not np.isfinite(self._twists).all():
-            raise FloatingPointError("velocities beyond the range of floats")
+            raise FloatingPointError("velocities leave the range of floats")
         refuse_bending(self._scene, (self._positions, self._frames), self._twists)
         rate = self._twists[:, _ALONG]
         return rate if self._model.held.any() else rate - rate.mean(axis=0)
 
     def relative(self, change: np.ndarray) -> np.ndarray:
-        """(L, 2): by how much a change (N, 2) makes each link longer, in d, and twists it."""
+        """(L, 2): extension of each link, in d, and its twist, for a change (N, 2)."""
         ahead = np.roll(change, -1, axis=0) - change
         return (ahead if self._periodic else ahead[:-1]) / [self._scene.chain.spacing, 1.0]
 
     def linearise(self) -> None:
-        """Take J here, for the steps from here on."""
+        """Take J at this state, for the next steps."""
         self._model.linearise(self._positions, self._frames, self._blocks)
         along = self._blocks[:, :, _ALONG][:, :, :, _ALONG]
         kept = np.ravel(2 * self._free[:, None] + np.arange(2))
@@ -145,10 +145,10 @@ class _Line:
         return change.reshape(rate.shape)
 
     def advance(self, rate: np.ndarray, step: float) -> float:
-        """Go on by twice two half steps less the whole, which is of second order.
+        """Advance by 2·(two half steps) − (whole step), of second order.
 
-        Returns how many times as long the step might have been: below 1 the chain stays where it
-        was. What leaves the chain not straight within the step, or not finite, raises.
+        Returns the allowed length of the step over its length; below 1 the chain does not advance.
+        Raises if the chain does not stay straight, or finite, within the step.
         """
         kept = self._positions.copy(), self._turns.copy()
         whole = self._step(rate, step)
@@ -177,7 +177,7 @@ class _Line:
         return (lengths, turns) if self._periodic else (lengths[:-1], turns[:-1])
 
     def stopped(self) -> tuple[Cause | None, int]:
-        """What a run would stop for here, and the link of it."""
+        """Why a run would stop at this state, and at which link."""
         lengths, turns = self.links()
         shortest = int(np.argmin(lengths))
         if lengths[shortest] <= contact_distance(self._scene):

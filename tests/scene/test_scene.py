@@ -72,7 +72,7 @@ REFUSALS = [
     ({"start": "sine"}, "start", "did you mean start.shape = 'sine'?"),
     ({"slip": 50.0}, "slip", "a table of neighbours, finite_size, backend, 2s, 3a, 3t, 4a"),
     ({"2s": 50.0}, "2s", "did you mean 'slip.2s'?"),
-    ({"slip.2s": "fast"}, "slip.2s", "a finite number; or a list, one a sphere"),
+    ({"slip.2s": "fast"}, "slip.2s", "a finite number; or a list with one for each sphere"),
     ({"slip.neighbours": "ALL"}, "slip.neighbours", "did you mean 'all'?"),
     ({"slip.finite_size": "True"}, "slip.finite_size", "true or false; did you mean true?"),
     ({"chain.particles": 1e3}, "chain.particles", "did you mean 1000?"),

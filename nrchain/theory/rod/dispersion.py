@@ -22,7 +22,7 @@ Complex = NDArray[np.complex128]
 
 
 class Law(NamedTuple):
-    """coefficient · (a^p/d^{p+1}) V (qd)^n, times ``hand`` for laws that tell hands apart."""
+    """coefficient · (a^p/d^{p+1}) V (qd)^n, times ``hand`` for chiral laws."""
 
     coefficient: complex
     radius: int
@@ -37,19 +37,19 @@ TRANSVERSE = {
     "3t": Law(4j / 5, 3, 1, False, "Eq. 3t_trans_ac_disp"),
     "4a": Law(363j / 10, 4, 2, True, "Eq. 4a_trans_ac_disp"),
 }
-"""What each mode adds to the bending waves, in the beam limit."""
+"""The term of each mode in the rate of bending waves, in the beam limit."""
 
 LONGITUDINAL = {
     "2s": Law(-14 / 3, 2, 2, False, "C_par_F_eps of Table moduli"),
     "3t": Law(-12j / 5, 3, 1, False, "Eq. 3t_long_tr_disp"),
 }
-"""What each mode adds to the waves of u_x; 3a and 4a push no sphere along the chain."""
+"""The term of each mode in the rate of waves of u_x; 3a and 4a have none."""
 
 OPTICAL = {
     "2s": Law(-7, 2, 0, False, "Eq. 2s_micro_rot at q = 0"),
     "4a": Law(-363j / 2, 4, 0, True, "Eq. 4a_discr_rot at q = 0"),
 }
-"""What each mode adds to the rate of a uniform shear."""
+"""The term of each mode in the rate of a uniform shear."""
 
 
 def transverse(rod: Rod, wavenumbers: ArrayLike, hand: int = 1) -> Complex:
@@ -65,7 +65,7 @@ def longitudinal(rod: Rod, wavenumbers: ArrayLike) -> Complex:
 
 
 def twisting(rod: Rod, wavenumbers: ArrayLike) -> Complex:
-    """Λ = −(κ_R∥/Γ^R) q²: waves of φ_x, which no uniaxial slip feels."""
+    """Λ = −(κ_R∥/Γ^R) q²: waves of φ_x, which uniaxial slip does not change."""
     q = finite_array("wavenumbers", wavenumbers)
     return (-rod.kappa_R[0] / rod.Gamma_R * q**2).astype(complex)
 

@@ -1,10 +1,10 @@
 """d/dt (u, φ) = M(q) (u, φ): the paper's linearised equations of the chain and of the rod.
 
-Written out from the paper's text (Appendix C) and not from the code of the simulation, as a second
-opinion on it: nearest neighbours, leading order in a/d, one-body friction, e_1 along the chain.
-Plane waves are exp(iqx); u and φ have lab components, about the translating or spinning steady
-state. Where the paper contradicts itself, the form that follows from its pair laws is used, and
-the printed one is had by naming it in ``misprints``: see :data:`MISPRINTS`.
+Written from the paper's text (Appendix C), independently of the code of the simulation: nearest
+neighbours, leading order in a/d, one-body friction, e_1 along the chain. Plane waves are exp(iqx);
+u and φ have lab components, about the translating or spinning steady state. Where the paper
+contradicts itself, the form that follows from its pair laws is used; the printed form is used if
+``misprints`` names it: see :data:`MISPRINTS`.
 """
 
 from __future__ import annotations

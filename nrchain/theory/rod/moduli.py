@@ -4,10 +4,10 @@ Every modulus is a sum of terms coefficient · a^p / d^n · Γ V with Γ = Γ^T 
 :data:`TABLE`. Symbols are the paper's in ASCII: ``C_perp_F_eps`` for C_⊥^{Fε}, ``odd`` for ↺, and
 ``F_pre``, ``M_pre``, ``f_pre``, ``m_pre`` for F̃∥, M̃∥, f̃∥, m̃∥.
 
-The printed table is at leading order in a/d. For two moduli that is too little: the torque balance
-of the rod combines them so that their leading terms cancel, and what is left is of the order that
-was dropped. And the pre-moment has the sign of the torque that the left half of the chain exerts
-on the right one, where the prestress has that of right on left. Each such row carries both forms.
+The printed table is at leading order in a/d. For two moduli this is not enough: in the torque
+balance of the rod their leading terms cancel, and the next order remains. The printed pre-moment
+has the sign of the torque of the left half of the chain on the right half, while the prestress has
+that of right on left. Each such row carries both forms.
 """
 
 from __future__ import annotations

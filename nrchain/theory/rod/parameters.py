@@ -17,12 +17,12 @@ MODES = ("2s", "3a", "3t", "4a")
 """The modes whose continuum theory the paper gives: one of each symmetry."""
 
 LEFT_ASIDE = ("steric",)
-"""Sections of effects that a straight chain does not feel."""
+"""Sections of effects that do not act on a straight chain."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Rod:
-    """Microscopic parameters of a chain, and the densities that follow from them.
+    """Γ = γ/d, κ_T = λd, κ_R = μd: parameters of a chain and the densities of its rod.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ class Rod:
     stretch, shear, twist, bend
         λ∥, λ⊥, μ∥ and μ⊥; the paper has λ∥ = λ⊥ = λ and μ∥ = μ⊥ = μ.
     strengths
-        V of each mode, about e_1. Modes not named are absent.
+        V of each mode, about e_1; 0 for modes that are not listed.
     """
 
     radius: float = 1.0
@@ -53,16 +53,15 @@ class Rod:
     def of(cls, scene: Scene) -> Self:
         """The parameters of a scene.
 
-        Raises :class:`~nrchain.errors.SceneError` for modes the theory does not know, strengths
-        that differ between spheres, axes other than ±e_1, fields, background flows and effects of
-        one's own. The theory is one of nearest
-        neighbours at leading order in a/d: ``slip.neighbours`` and ``slip.finite_size`` are left
-        aside here, and :mod:`nrchain.rod.reach` says what more neighbours change.
+        Raises :class:`~nrchain.errors.SceneError` for modes outside the theory, strengths that
+        differ between spheres, axes other than ±e_1, fields, background flows and registered
+        effects. The theory has nearest neighbours at leading order in a/d: ``slip.neighbours`` and
+        ``slip.finite_size`` have no effect here. For more neighbours see :mod:`nrchain.rod.reach`.
         """
         chain, moduli = require_scene(scene).chain, scene.moduli
         for effect in acting(scene):
             if effect.Section is not None and effect.Section.path not in LEFT_ASIDE:
-                allowed = "is no part of the theory of the rod: take it out of the scene"
+                allowed = "is not part of the theory of the rod: remove it from the scene"
                 raise SceneError(effect.key, effect.detail(scene), allowed)
         strengths: dict[str, float] = {}
         for label, slip in scene.slip.modes.items():

@@ -1,9 +1,9 @@
-"""Λ_k/Λ_1: how much neighbours beyond the nearest change the active rate of a chain.
+"""Λ_k/Λ_1: the active rate of a chain with k neighbours over that with nearest neighbours.
 
-At distance m d a flow of a mode acts as at d, with its strength over a power of m and θ = qd
-replaced by mθ. In the beam limit φ = x̂ × u′, and at leading order in a/d the active force alone
-counts. With Σ over m = 1 … k, or without end, and κ(θ) = d C¹/i C⁰ = θ + 3θ⁵/160 + … the slope of
-an unsheared chain,
+The flow of a mode at distance m d is that at d with its strength divided by a power of m and θ = qd
+replaced by mθ. In the beam limit φ = x̂ × u′, and at leading order in a/d only the active force
+contributes. With Σ over m = 1 … k, or to infinity, and κ(θ) = d C¹/i C⁰ = θ + 3θ⁵/160 + … the slope
+of an unsheared chain,
 
     2s            Σ (1 − cos mθ)/m³
     3a            Σ κ cos(mθ)/m³ − sin(mθ)/m⁴
@@ -20,8 +20,8 @@ For θ → 0 the sums of all pairs over the first terms tend to
     3a  4/3 − ln θ      4a  ζ(3) + θ² (ln θ − 7/4 + ζ(3))/4
 
 and along x to 3/2 − ln θ for 2s and ζ(3) for 3t. The third order of 3t, which vanishes for every
-single distance, does not vanish for all of them together: the terms of higher order in mθ add up
-to −(1/6) θ³ beside 2ζ(3) θ. The limits θ → 0 and k → ∞ do not commute there.
+single distance, does not vanish for the sum of all: the terms of higher order in mθ sum to
+−(1/6) θ³, beside 2ζ(3) θ. The limits θ → 0 and k → ∞ do not commute.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ KINDS = (
     ("2s", "longitudinal"),
     ("3t", "longitudinal"),
 )
-"""The waves that have an active rate."""
+"""The waves with an active rate."""
 
 
 def reach_sum(
@@ -84,7 +84,7 @@ def reach_ratio(
 
 
 def reach_limit(mode: str, phases: ArrayLike, direction: Direction = "transverse") -> Real:
-    """What :func:`reach_ratio` for all pairs tends to as θ → 0: see the module."""
+    """The limit θ → 0 of :func:`reach_ratio` for all pairs: see the module."""
     _check(mode, direction)
     theta = np.abs(np.asarray(phases, float))
     logarithm, zeta = np.log(theta), power_sum(3)
@@ -112,7 +112,7 @@ def neighbours_needed(
         sums = _partial_sums(mode, phase, reach, direction)
         outside = np.flatnonzero(np.abs(sums / target - 1.0) >= error)
         last = outside[-1] + 1 if len(outside) else 0
-        # the sums oscillate with the phase: trust the last crossing with room to spare beyond it
+        # the sums oscillate with the phase: accept the last crossing only well inside the range
         if last < reach // 2 and reach * abs(phase) > 2.0 * math.pi:
             return int(last) + 1
         reach *= 2

@@ -121,7 +121,7 @@ def test_hands_are_plus_or_minus_one():
 )
 def test_what_the_theory_does_not_have_is_refused_and_not_left_aside(changes):
     (key,) = changes
-    with pytest.raises(SceneError, match=rf"{key.partition('.')[0]}.* no part of the theory"):
+    with pytest.raises(SceneError, match=rf"{key.partition('.')[0]}.* not part of the theory"):
         Rod.of(scene(**changes))
     repelling = {"steric.kind": "wca", "steric.strength": 1.0}
     assert Rod.of(scene(**repelling)) == Rod.of(scene())
