@@ -29,7 +29,7 @@ ARITHMETIC = frozenset({"contract", "reassoc", "nsz", "arcp"})
 
 
 def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False):
-    """``numba.njit`` with the options of nrchain; ``parallel`` iterations write their own row only."""
+    """``numba.njit`` with the options of nrchain; ``parallel`` loops write one row each."""
 
     def compile_(f: Callable[..., Any]) -> Any:
         named = rename(f, sources())

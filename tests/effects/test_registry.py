@@ -241,7 +241,7 @@ class Demanding(Section):
         (5, "derived from nrchain.Effect"),
         (Nameless, "name"),
         (Unmoved, "add_wrenches"),
-        (type("A", (Spring,), {"Section": RunAgain}), "that every scene has"),
+        (type("A", (Spring,), {"Section": RunAgain}), "key or attribute of every scene"),
         (type("B", (Spring,), {"Section": Demanding}), "default for each key"),
         (type("C", (Spring,), {"Section": None}), "must be the section of the effect"),
         (type("D", (Spring,), {"name": "bend"}), "taken by another effect"),
@@ -267,7 +267,7 @@ def test_what_is_registered_again_says_how_to_replace_it(spring):
     assert find_effect("spring") is again
     nrchain.unregister_effect(again)
     nrchain.register_effect(spring)
-    for name, message in (("sprung", "not registered"), ("bend", "one of the package")):
+    for name, message in (("sprung", "not registered"), ("bend", "part of nrchain")):
         with pytest.raises(SceneError, match=message):
             nrchain.unregister_effect(name)
 
