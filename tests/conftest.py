@@ -1,4 +1,6 @@
-"""Floating-point trouble in NumPy raises in every test."""
+"""Floating-point trouble in NumPy raises in every test, and Ctrl-C is heard."""
+
+import signal
 
 import numpy as np
 import pytest
@@ -8,6 +10,10 @@ from hypothesis import settings
 # examples are the same in every run.
 settings.register_profile("nrchain", deadline=None, derandomize=True)
 settings.load_profile("nrchain")
+
+# A shell starts what it runs in the background with SIGINT ignored, and children inherit that.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(autouse=True)
