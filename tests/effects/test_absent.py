@@ -39,7 +39,7 @@ def operations(make_kernel, terms, isotropic, *outputs):
 
 
 def count_calls(monkeypatch, scene):
-    """The kernels that one right-hand side and one Jacobian run through, by name."""
+    """The kernels that one right-hand side and one Jacobian call, by name; none of them is run."""
     calls = []
 
     def counting(module, name):
@@ -50,7 +50,6 @@ def count_calls(monkeypatch, scene):
 
             def run(*values):
                 calls.append(kernel.py_func.__qualname__)
-                return kernel(*values)
 
             return run
 

@@ -273,14 +273,11 @@ def test_a_budget_of_seconds_is_kept():
 @pytest.mark.parametrize(
     ("number", "name"), [(signal.SIGINT, "SIGINT"), (signal.SIGTERM, "SIGTERM")]
 )
-def test_a_signal_leaves_a_file_to_go_on_from(tmp_path, number, name):
+def test_a_signal_leaves_a_file_to_go_on_from(tmp_path, whole, number, name):
     arguments = ["run", "spiral-left", "-o", tmp_path]
-    changes = {"run.end": 600.0, "run.snapshots": 41}
-    for key, value in changes.items():
-        arguments += ["--set", f"{key}={value}"]
+    for key in ("end", "snapshots"):
+        arguments += ["--set", f"run.{key}={getattr(whole.scene.run, key)}"]
     program = "from nrchain.cli.app import main; main()"
-    scene = nrchain.load_scene("spiral-left", **changes)
-    start_apart(nrchain.load_scene(scene, **{"run.end": 0.1}), tmp_path / "warm.h5").wait()
     child = subprocess.Popen(
         [sys.executable, "-c", program, *map(str, arguments)], stderr=subprocess.PIPE, text=True
     )
@@ -294,8 +291,7 @@ def test_a_signal_leaves_a_file_to_go_on_from(tmp_path, number, name):
     assert (stopped.status, stopped.cause) == ("stopped", Cause.INTERRUPTED)
     assert f"interrupted by {name}" in stopped.reason
     assert 5 <= len(stopped.time) < 41
-    whole, resumed = run_apart(nrchain.load_scene("spiral-left", **changes), tmp_path)
-    assert np.array_equal(resumed.positions, whole.positions)
+    assert np.array_equal(resumed_apart(tmp_path).positions, whole.positions)
 
 
 @pytest.mark.parametrize("integrator", ["cvode", "radau", "scipy-bdf"])
@@ -340,40 +336,42 @@ SIMULATE = (
 
 
 def start_apart(scene, path):
-    """A process of its own that simulates a scene, once the kernels of the scene are on disk.
+    """A process of its own that simulates a scene."""
+    toml = path.with_suffix(".toml")
+    toml.write_text(scene.to_toml())
+    return subprocess.Popen([sys.executable, "-c", SIMULATE, str(toml), str(path)])
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A long spin to its end, by a process of its own, with kernels that were on disk before.
 
     Bits are the same between processes that load their kernels: one that compiles them calls
     functions that the others have inlined, and differs in rounding.
     """
-    folder = path.parent
-    for name, end in (("short", 0.1), ("scene", scene.run.end)):
-        changed = nrchain.load_scene(scene, **{"run.end": end})
-        (folder / f"{name}.toml").write_text(changed.to_toml())
-    short = [str(folder / "short.toml"), str(folder / "short.h5")]
-    subprocess.run([sys.executable, "-c", SIMULATE, *short], check=True)
-    return subprocess.Popen([sys.executable, "-c", SIMULATE, str(folder / "scene.toml"), str(path)])
+    folder = tmp_path_factory.mktemp("whole")
+    for name, end in (("short", 0.1), ("whole", 600.0)):
+        assert start_apart(long_spin(end), folder / f"{name}.h5").wait() == 0
+    return nrchain.Trajectory.open(folder / "whole.h5")
 
 
-def run_apart(scene, path):
-    """The whole run of a scene, and the resumed one at ``path``, each in a process of its own."""
-    folder = path if path.is_dir() else path.parent
-    assert start_apart(scene, folder / "whole.h5").wait() == 0
+def resumed_apart(path):
+    """The run at ``path`` to its end, by a process of its own."""
     program = "import sys, nrchain; nrchain.resume(sys.argv[1])"
     subprocess.run([sys.executable, "-c", program, str(path)], check=True)
-    return nrchain.Trajectory.open(folder / "whole.h5"), nrchain.Trajectory.open(path)
+    return nrchain.Trajectory.open(path)
 
 
-def test_a_killed_run_goes_on_bit_for_bit(tmp_path):
-    scene = long_spin()
+def test_a_killed_run_goes_on_bit_for_bit(tmp_path, whole):
     path = tmp_path / "trajectory.h5"
-    child = start_apart(scene, path)
+    child = start_apart(whole.scene, path)
     wait_for_snapshots(child, path, 15)
     os.kill(child.pid, signal.SIGKILL)
     child.wait()
     killed = nrchain.Trajectory.open(path)
     assert killed.status == "running"
     assert 15 <= len(killed.time) < 41
-    whole, resumed = run_apart(scene, path)
+    resumed = resumed_apart(path)
     assert whole.counters["restarts"] >= 5
     assert resumed.status == "completed"
     assert np.array_equal(resumed.time, whole.time)
@@ -398,22 +396,22 @@ def test_a_finished_run_has_nothing_to_resume(tmp_path):
 
 def test_threads_do_not_change_the_result():
     script = (
-        "import nrchain, hashlib\n"
+        "import hashlib, sys, nrchain\n"
         "scene = nrchain.load_scene('buckling', **{'chain.particles': 160,"
-        " 'elasticity.ratio': 1e12, 'slip.neighbours': 'all', 'run.end': 50.0})\n"
+        " 'elasticity.ratio': 1e12, 'slip.neighbours': 'all', 'run.end': float(sys.argv[1])})\n"
         "print(hashlib.sha256(nrchain.simulate(scene).positions.tobytes()).hexdigest())\n"
     )
     digests = [
         subprocess.run(
-            [sys.executable, "-c", script],
+            [sys.executable, "-c", script, end],
             env=os.environ | {"NUMBA_NUM_THREADS": threads},
             capture_output=True,
             text=True,
             check=True,
         ).stdout
-        for threads in ("1", "1", "2")
+        # the first process may have to compile the kernels, the others load them
+        for threads, end in (("1", "0.1"), ("1", "50.0"), ("2", "50.0"))
     ]
-    # the first process may have compiled the kernels, the others load them
     assert digests[1] == digests[2]
 
 
