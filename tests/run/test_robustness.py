@@ -227,7 +227,7 @@ def test_memory_stays_flat_over_a_hundred_thousand_steps(tmp_path):
 
 
 def test_a_run_killed_between_data_and_mark_resumes_to_the_same_bits(tmp_path):
-    kills = kills_resumed(tmp_path, 3)
+    kills = kills_resumed(tmp_path, 3, end=60.0)
     assert [one.status for one in kills[:2]] == ["running", "running"]
     assert kills[0].snapshots == 0
     assert all(one.agreed for one in kills)

@@ -90,7 +90,7 @@ def soak(directory: Path, steps: int) -> dict[str, Any]:
     return answer("soak", scene=scene.to_toml(), path=path, warm=steps // 10)
 
 
-def kills_resumed(directory: Path, times: int, seed: int = 0) -> list[Killed]:
+def kills_resumed(directory: Path, times: int, seed: int = 0, end: float = 200.0) -> list[Killed]:
     """Runs killed at random moments, and whether they went on to the bits of the whole run.
 
     A third of the moments are random in time, another third random among all that is written to
@@ -98,7 +98,8 @@ def kills_resumed(directory: Path, times: int, seed: int = 0) -> list[Killed]:
     checkpoint, or of a snapshot, and the mark that makes it count. All runs, the uninterrupted one
     too, load their kernels from disk.
     """
-    scene = load_scene("spiral-left", **{"run.end": 200.0, "run.snapshots": 401}).to_toml()
+    snapshots = {"run.end": end, "run.snapshots": round(2 * end) + 1}
+    scene = load_scene("spiral-left", **snapshots).to_toml()
     # this process may have to compile the kernels that the others find on disk
     whole = answer("write", scene=scene, path=str(directory / "whole.h5"))
     rng = np.random.default_rng(seed)
