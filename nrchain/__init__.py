@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from nrchain.planning import auto, estimate, plan, regime
     from nrchain.planning.description import describe
     from nrchain.run import work
-    from nrchain.run.simulate import resume, simulate
+    from nrchain.run.simulation import resume, simulate
     from nrchain.scene.scene import Scene, load_scene, scene_names
     from nrchain.theory import lattice, rod
     from nrchain.theory.lattice import (
@@ -93,8 +93,8 @@ _HOMES = {
     "Cause": "nrchain.outcome",
     "Rod": "nrchain.theory.rod",
     "describe": "nrchain.planning.description",
-    "resume": "nrchain.run.simulate",
-    "simulate": "nrchain.run.simulate",
+    "resume": "nrchain.run.simulation",
+    "simulate": "nrchain.run.simulation",
     "Scene": "nrchain.scene.scene",
     "Slip": "nrchain.hydrodynamics.slip",
     "load_scene": "nrchain.scene.scene",

@@ -1,6 +1,7 @@
-"""How a run tells of what it was not made for: by Python's warnings, or to whoever wants the words.
+"""Warnings of a run: Python's warnings, or a function that gets their text.
 
-The filters of warnings belong to the process: who wants no warnings takes the words.
+The filters of Python's warnings belong to the whole process. A caller that wants none passes
+:func:`ignore` in place of :func:`warn`.
 """
 
 from __future__ import annotations
@@ -11,7 +12,8 @@ from collections.abc import Callable
 
 from nrchain.errors import SceneWarning
 
-Tell = Callable[[str], None]
+Report = Callable[[str], None]
+"""What gets the text of a warning."""
 
 
 def warn(text: str) -> None:
@@ -22,5 +24,5 @@ def warn(text: str) -> None:
     warnings.warn(text, SceneWarning, stacklevel=level)
 
 
-def nobody(text: str) -> None:
-    """Tell nobody."""
+def ignore(text: str) -> None:
+    """Do nothing with a warning."""

@@ -9,16 +9,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from statistics import median
 
 import numpy as np
 
 from nrchain.errors import SceneError
-from nrchain.notices import nobody
+from nrchain.notices import ignore
 from nrchain.outcome import Cause
 from nrchain.planning.nominal_cost import evaluation_cost
-from nrchain.run.simulate import Progress, simulate_telling
+from nrchain.run.preparation import check_start
+from nrchain.run.recording import Progress
+from nrchain.run.simulation import simulate_in_memory
 from nrchain.run.work import FEWEST_STEPS, RunCost, Work, cost_of
 from nrchain.scene.scene import Scene, load_scene
 from nrchain.trajectory.trajectory import Trajectory
@@ -97,8 +98,11 @@ def distance(trajectory: Trajectory, reference: Trajectory) -> tuple[float, floa
     return float(apart.max() / radius), float(np.arctan2(sine, cosine).max())
 
 
-simulate_quietly = partial(simulate_telling, nobody)
-"""A run without warnings of settings that are tried to be measured."""
+def simulate_quietly(
+    scene: Scene, progress: Callable[[Progress], None] | None = None
+) -> Trajectory:
+    """A run in memory, without warnings of settings that are tried only to be measured."""
+    return simulate_in_memory(check_start(scene), progress, ignore)
 
 
 def run_timed(scene: Scene) -> tuple[Trajectory, RunCost]:

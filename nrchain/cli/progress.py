@@ -18,7 +18,7 @@ from nrchain.run.interruption import INTERRUPTED
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar
 
-    from nrchain.run.simulate import Progress
+    from nrchain.run.recording import Progress
 
 
 @contextmanager

@@ -26,7 +26,7 @@ def resume(
     ] = False,
 ) -> None:
     """Continue a run that was interrupted, killed or stopped by a budget."""
-    from nrchain.run.simulate import resume as continue_run
+    from nrchain.run.simulation import resume as continue_run
     from nrchain.trajectory.trajectory import Trajectory
 
     place = find_run(directory)

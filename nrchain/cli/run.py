@@ -34,8 +34,9 @@ def run(
     """Simulate a scene, and write its trajectory and a picture."""
     from nrchain.effects.registry import acting
     from nrchain.planning.regime import warnings
-    from nrchain.run.folders import made
-    from nrchain.run.simulate import output_file, simulate
+    from nrchain.run.folders import new_folder
+    from nrchain.run.output import output_file
+    from nrchain.run.simulation import simulate
 
     place = output or RUNS / Path(scene).stem
     folder, file = output_file(place, overwrite)
@@ -45,7 +46,7 @@ def run(
     names = ", ".join(effect.name for effect in acting(loaded)) or "none"
     show_if_possible(f"effects     {names}", soft_wrap=True)
     with (
-        made(folder) if folder else nullcontext(),
+        new_folder(folder) if folder else nullcontext(),
         progress_bar(place) as progress,
         report_warnings(known=risks),
     ):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Self
+
 import numpy as np
 
 from nrchain._compile import kernel
@@ -10,6 +13,36 @@ from nrchain.scene.scene import Scene
 OVERCOME = 0.5
 """Smallest distance of repelling spheres, in units of two radii. Repulsion yields gradually; it has
 failed when two spheres overlap by half."""
+
+
+@dataclass(frozen=True)
+class PoseLimits:
+    """The lengths and springs that decide which poses no run may reach.
+
+    Attributes
+    ----------
+    radius
+        a, of a sphere.
+    contact
+        Distance of centres at which spheres touch; with a repulsion between them, the distance at
+        which it has been overcome.
+    period
+        Length after which a periodic chain repeats along x; 0 for open chains.
+    turning_springs
+        Whether links resist twist or bend, and may not turn by a quarter turn.
+    """
+
+    radius: float
+    contact: float
+    period: float
+    turning_springs: bool
+
+    @classmethod
+    def of(cls, scene: Scene) -> Self:
+        """Those of a scene."""
+        period = scene.length if scene.chain.ends == "periodic" else 0.0
+        springs = has_turning_springs(scene)
+        return cls(scene.chain.radius, contact_distance(scene), period, springs)
 
 
 def contact_distance(scene: Scene) -> float:

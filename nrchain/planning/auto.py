@@ -37,19 +37,14 @@ import numpy as np
 from nrchain.effects.shared.slip_flow import reach_text
 from nrchain.errors import SceneError
 from nrchain.motion.model import Model
-from nrchain.planning.choice import (
-    Choice,
-    Forgone,
-    full_scene,
-    missing_friction,
-    velocity_difference,
-)
+from nrchain.planning.choice import Choice, Forgone, full_scene, missing_friction
 from nrchain.planning.nominal_cost import Fluid, evaluation_cost
 from nrchain.planning.paired import PairedRun, apart
 from nrchain.planning.scene_changes import keys_that_differ, reaching, sized
 from nrchain.planning.start import starting_poses
 from nrchain.scene.scene import Scene
 from nrchain.types import Poses
+from nrchain.watch.neglected import velocity_difference
 
 MARGIN = 1.1
 """The bound over the distance that a probe finds; it has to be within the tolerance."""

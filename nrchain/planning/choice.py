@@ -1,4 +1,4 @@
-"""What a choice of effects leaves out, how large it is, and the watch that a run keeps on it."""
+"""What a choice of effects leaves out, and how large it may become."""
 
 from __future__ import annotations
 
@@ -9,19 +9,12 @@ from typing import Any, Self
 
 import numpy as np
 
-from nrchain.effects.base import largest_velocity
 from nrchain.errors import SceneError
-from nrchain.motion.model import Model
-from nrchain.outcome import Cause, Stop
 from nrchain.planning.scene_changes import all_pairs, all_sizes, keys_that_differ
 from nrchain.scene.scene import Scene, load_scene
-from nrchain.types import Poses
 
 BREACH = 2.0
 """Neglected velocities above this many times those of the probe break the bound."""
-
-CHECKS = 10
-"""How often a run compares what it neglects with what was foreseen, at most."""
 
 WINDOW = 0.1
 """Part of a run within which the velocities of the probe are taken for those of a time."""
@@ -199,45 +192,6 @@ def missing_friction(scene: Scene) -> str:
     return ""
 
 
-class Watch:
-    """Compares, at snapshots of a run, what its choice neglects with what the probe found.
-
-    At :data:`CHECKS` of them at most: each takes a right-hand side of the full model.
-    """
-
-    def __init__(self, scene: Scene, choice: Choice | None, model: Model) -> None:
-        watched = choice and choice.left_out and math.isinf(choice.watched_until)
-        self._choice = choice if watched else None
-        if self._choice:
-            self._end, self._radius = scene.run.end, scene.chain.radius
-            full = full_scene(scene)
-            self._models = model, Model(full)
-            self._remedy = as_keys(scene, full)
-            self._next = 0.0
-
-    def check(self, time: float, poses: Poses) -> None:
-        """Raise :class:`~nrchain.outcome.Stop` if the bound is broken at these poses."""
-        if self._choice is None or time < self._next:
-            return
-        self._next = time + self._end / CHECKS
-        found = velocity_difference(*self._models, poses, self._radius)
-        allowed = self._choice.allowed(time, self._end)
-        if found > allowed:
-            raise Stop(
-                Cause.NEGLECTED,
-                time,
-                f"what is left out moves a sphere by {found:.3g} radii or radians per unit time, "
-                f"and {allowed:.3g} was foreseen; {self._remedy} names it, in place of "
-                "effects = 'auto'",
-            )
-
-
 def as_keys(scene: Scene, other: Scene) -> str:
     """The keys that make of one scene the other, as a scene in Python names them."""
     return " and ".join(f"{key} = {new!r}" for key, _, new in keys_that_differ(scene, other))
-
-
-def velocity_difference(model: Model, other: Model, poses: Poses, radius: float) -> float:
-    """max of |v − v′|/a and |ω − ω′| over the spheres, at the same poses."""
-    with np.errstate(all="ignore"):
-        return largest_velocity(model.twists(*poses) - other.twists(*poses), radius) / radius

@@ -16,6 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from nrchain.motion.charts import TURN_LIMIT, ChartedChain
+from nrchain.motion.contact import PoseLimits
 from nrchain.motion.integrators.base import IntegrationError
 from nrchain.motion.integrators.cvode import Cvode
 from nrchain.motion.model import Model
@@ -89,7 +90,7 @@ class PairedRun:
         self.parted: dict[int, tuple[float, Poses, Poses]] = {}
         self.members = list(range(len(self.scenes)))
         self._chains = [ChartedChain(Model(scene)) for scene in self.scenes]
-        self._guards = [Guard(scene, poses[0]) for scene in self.scenes]
+        self._guards = [Guard(PoseLimits.of(scene), poses[0]) for scene in self.scenes]
         self._costs = [evaluation_cost(scene) for scene in self.scenes]
         self.steps = 0
 

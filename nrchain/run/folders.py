@@ -1,4 +1,4 @@
-"""Folders that are made for a result, and taken back if there is none."""
+"""Folders for results: created before a run, removed again if it fails and leaves them empty."""
 
 from __future__ import annotations
 
@@ -7,34 +7,34 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from nrchain.errors import TrajectoryError
-from nrchain.run.interruption import undone
+from nrchain.run.interruption import cleanup_on_exit
 
 
 @contextmanager
-def made(folder: Path) -> Iterator[None]:
-    """Make a folder and those it lies in; where an exception leaves them empty, remove them.
+def new_folder(folder: Path) -> Iterator[None]:
+    """Create a folder and its parents; remove those created if an exception leaves them empty.
 
-    Raises :class:`~nrchain.errors.TrajectoryError` where it cannot be made.
+    Raises :class:`~nrchain.errors.TrajectoryError` where it cannot be created.
     """
-    new: list[Path] = []
+    created: list[Path] = []
     try:
         for path in (folder, *folder.parents):
             if path.exists():
                 break
-            new.append(path)
+            created.append(path)
         folder.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:
-        told = error.strerror if isinstance(error, OSError) else error
-        raise TrajectoryError(f"{folder}: cannot be made: {told}") from error
+        why = error.strerror if isinstance(error, OSError) else error
+        raise TrajectoryError(f"{folder}: cannot be made: {why}") from error
 
-    def take_back() -> None:
+    def remove_created() -> None:
         with suppress(OSError):
-            for path in new:
+            for path in created:
                 path.rmdir()
 
     try:
-        with undone(take_back):
+        with cleanup_on_exit(remove_created):
             yield
     except BaseException:
-        take_back()
+        remove_created()
         raise

@@ -1,7 +1,7 @@
-"""Ctrl-C and SIGTERM: an end in one line, and in a run one between two steps.
+"""Ctrl-C and SIGTERM: a program ends with one line, a run between two steps.
 
-A run that is interrupted between two steps can write where it stands and close its file in order.
-A second signal ends a step that takes long; while a file is being closed none is heard.
+A run that ends between two steps can write its last poses and close its file in order. A second
+signal ends a step that takes long. Signals that arrive while the file is being closed are ignored.
 """
 
 from __future__ import annotations
@@ -18,25 +18,25 @@ INTERRUPTED = 130
 """The exit code of a program that was interrupted, by either signal."""
 
 PATIENCE = 1.0
-"""Seconds that a step is given to end by itself before a second signal ends it."""
+"""Seconds after the first signal from which on a second one ends the step under way."""
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _DEFAULTS = (signal.default_int_handler, signal.SIG_DFL)
 
 
 SHOW_CURSOR = b"\r\x1b[K\x1b[?25h"
-"""What a terminal is left with: the line of a progress bar wiped, and the cursor it hid shown."""
+"""Erases the line of a progress bar and shows the cursor that it hid."""
 
-_undoing: list[Callable[[], object]] = []
+_cleanups: list[Callable[[], object]] = []
 
 
 def leave(number: int, frame: object) -> NoReturn:
-    """End the program at once, with one line; nothing of worth is lost outside a run.
+    """End the program at once, with one line, outside a run, where nothing is lost.
 
-    An exception would not do: libraries that are being loaded, or compile, swallow it.
+    An exception would not do: libraries swallow it while they load or compile.
     """
-    for undo in reversed(_undoing):
-        undo()
+    for clean_up in reversed(_cleanups):
+        clean_up()
     if os.isatty(2):
         os.write(2, SHOW_CURSOR)
     with suppress(OSError):
@@ -44,29 +44,29 @@ def leave(number: int, frame: object) -> NoReturn:
     os._exit(INTERRUPTED)
 
 
-def _nothing(number: int, frame: object) -> None:
-    """Hear a signal and do nothing: ignored by the system, one on its way would be an error."""
+def _ignore(number: int, frame: object) -> None:
+    """Do nothing. With ``SIG_IGN``, Python would report a signal already on its way as an error."""
 
 
 @contextmanager
-def undone(undo: Callable[[], object]) -> Iterator[None]:
-    """Have something done before a program is left at once."""
-    _undoing.append(undo)
+def cleanup_on_exit(clean_up: Callable[[], object]) -> Iterator[None]:
+    """Call ``clean_up`` if a signal ends the program meanwhile."""
+    _cleanups.append(clean_up)
     try:
         yield
     finally:
-        _undoing.remove(undo)
+        _cleanups.remove(clean_up)
 
 
 def leave_on_signals() -> None:
-    """Have signals end this program with one line from here on, a run aside."""
+    """From here on, let signals end this program with one line, except during a run."""
     for number in _SIGNALS:
         if signal.getsignal(number) in _DEFAULTS:
             signal.signal(number, leave)
 
 
 class Interruption:
-    """Whether a signal has come: ``name`` is that of the first, or empty."""
+    """The ``name`` of the first signal that has arrived; empty before."""
 
     def __init__(self) -> None:
         self.name = ""
@@ -74,6 +74,7 @@ class Interruption:
         self._at_once = False
 
     def note(self, number: int, frame: object) -> None:
+        """Handle a signal: keep its name, or end the step under way if it is a second one."""
         if not self.name:
             self.name, self._since = signal.Signals(number).name, clock.monotonic()
         elif self._at_once and clock.monotonic() - self._since >= PATIENCE:
@@ -82,7 +83,7 @@ class Interruption:
 
     @contextmanager
     def second_at_once(self) -> Iterator[None]:
-        """Have a second signal raise KeyboardInterrupt, within a step too."""
+        """Let a second signal raise KeyboardInterrupt, also within a step."""
         self._at_once = True
         try:
             yield
@@ -92,10 +93,10 @@ class Interruption:
 
 @contextmanager
 def deferred() -> Iterator[Interruption]:
-    """Note signals in place of acting on them; if one came, raise KeyboardInterrupt at the end.
+    """Note signals instead of acting on them; if one arrived, raise KeyboardInterrupt at the end.
 
-    Handlers that somebody else has set are left alone, and so are all outside the main thread. A
-    program that has been told to end hears no more signals on its way out.
+    Handlers that other code has set stay in place, and so do all outside the main thread. A program
+    that is to end ignores further signals on its way out.
     """
     interruption = Interruption()
     replaced: dict[signal.Signals, Any] = {}
@@ -108,6 +109,6 @@ def deferred() -> Iterator[Interruption]:
     finally:
         for number, before in replaced.items():
             ending = interruption.name and before is leave
-            signal.signal(number, _nothing if ending else before)
+            signal.signal(number, _ignore if ending else before)
     if interruption.name:
         raise KeyboardInterrupt(interruption.name)

@@ -1,67 +1,97 @@
-"""μ = max Re λ of the linearised chain, against the steps taken: growth that steps pass over.
+"""μ = max Re λ of the linearised chain, against the steps taken: growth that steps do not resolve.
 
 Implicit steps damp what grows by more than e in one of them, as long as it stays below the
 tolerance: a chain that buckles under a load then ends straight. While a chain is nearly straight,
-its steps are held against the rates at which it leaves that state, whatever they come from. Which
-growth a step follows is in :mod:`nrchain.watch.followed`; here is when that is looked at.
+its steps are compared with the rates at which it leaves that state, whatever causes them. Which
+growth a step resolves is in :mod:`nrchain.watch.resolved_growth`; here is when that is checked.
 
-Rates are taken anew where links have become longer, shorter or more twisted, and where steps have
-become too long for the last: at once the first few times, then at steps ever farther apart, so that
-a chain that shakes along itself is not held up. They are not taken while a bend above the tolerance
-is seen to decay.
+Rates are computed again where links have become longer, shorter or more twisted, and where steps
+have become too long for the last rates: at once the first few times, then at steps ever farther
+apart, so that a chain that oscillates along itself is not slowed down. They are not computed while
+a bend above the tolerance decays.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from nrchain._compile import kernel
 from nrchain.motion.charts import ChartedChain
 from nrchain.motion.integrators.base import Integrator
-from nrchain.motion.model import Model
-from nrchain.notices import Tell
+from nrchain.notices import Report
 from nrchain.outcome import Cause, Stop
-from nrchain.scene.scene import Scene
 from nrchain.types import Poses
-from nrchain.watch.followed import LARGEST, SEEN, Sight
 from nrchain.watch.growing_modes import Growth, growth_about_base
+from nrchain.watch.resolved_growth import LARGEST, SEEN, Resolution
 
 NEARLY = 1e4
-"""Bends below this many tolerances are watched: modes hardly in larger ones are seen as well."""
+"""Bends below this many tolerances are watched. In larger ones step control sees every mode of
+which more than a ten-thousandth is in the bend."""
 
 FOLDS = math.log(10.0)
-"""Growth by less than e to this power over the rest of the run is let be."""
+"""Growth by less than e to this power over the rest of the run does not matter."""
 
 CHANGED = 0.2
-"""The rates are taken anew when a link has changed by this part of the largest change seen."""
+"""Rates are computed again when a link has changed by this fraction of the largest change seen."""
 
 LONGER = 10.0
 """So are they when steps have become this many times as long."""
 
 BENT = 8
-"""Steps until a chain that was found bent is looked at again."""
+"""Steps until a chain that was found bent is checked again."""
 
 STRAIGHT = 1e-13
 """Bends up to this many radii or radians are rounding."""
 
 AT_ONCE = 4
-"""Looks at rates that follow each other at once; from then on twice the steps lie between two."""
+"""Computations of rates without a wait; from then on the wait doubles every time."""
 
 
 class GrowthWatch:
-    """Watches the steps of one run; ``restart`` forgets all, where the integrator does."""
+    """Watches the steps of one run; ``restart`` forgets their history, as the integrator does.
 
-    def __init__(self, scene: Scene, integrator: Integrator, tell: Tell, *, told: bool) -> None:
-        self._scene, self._integrator, self._tell, self._told = scene, integrator, tell, told
-        self._radius = scene.chain.radius
-        self._periodic = scene.chain.ends == "periodic"
+    Parameters
+    ----------
+    integrator
+        That of the run.
+    spare_chain
+        Makes a charted chain, of the same model, that may be linearised without disturbing the
+        integrator's; called at most once.
+    report
+        Gets the text of a warning.
+    atol
+        ``run.atol``, in radii and radians.
+    radius, spacing
+        Of spheres, and of their centres at rest.
+    periodic
+        Whether the chain repeats along x.
+    warned_of_straight
+        Whether the run has warned already of a straight chain that would buckle.
+    """
+
+    def __init__(
+        self,
+        integrator: Integrator,
+        spare_chain: Callable[[], ChartedChain],
+        report: Report,
+        *,
+        atol: float,
+        radius: float,
+        spacing: float,
+        periodic: bool,
+        warned_of_straight: bool,
+    ) -> None:
+        self._integrator, self._spare_chain, self._report = integrator, spare_chain, report
+        self._atol, self._radius, self._spacing = atol, radius, spacing
+        self._periodic, self._warned = periodic, warned_of_straight
         self._chain: ChartedChain | None = None
         self.restart()
 
     def restart(self) -> None:
-        """Begin anew, as a run does that goes on from here."""
+        """Forget all steps so far: a run resumed from here has not seen them."""
         self._before = math.inf
         self._pause = 0
         self._links: np.ndarray | None = None
@@ -71,7 +101,7 @@ class GrowthWatch:
         self._looks = self._wait = 0
 
     def watch(self, begin: float, end: float, poses: Poses, y: np.ndarray) -> Stop | None:
-        """What the step from ``begin`` to ``end``, where it came to ``poses``, says of growth.
+        """The stop at ``end`` if the step from ``begin``, to ``poses``, loses a growing mode.
 
         ``y`` are the integrator's coordinates of these poses.
         """
@@ -79,16 +109,16 @@ class GrowthWatch:
             self._pause -= 1
             return None
         bend = _bend(*poses, self._radius, self._periodic, LARGEST)
-        if bend <= STRAIGHT and self._told:
+        if bend <= STRAIGHT and self._warned:
             return None
         self._most = np.maximum(self._most, np.abs(y))
-        sight = Sight.of(self._integrator, self._scene.run.atol, y, self._most)
-        tolerance = sight.across(_axis(poses[0], self._periodic))
+        resolution = Resolution.of(self._integrator, self._atol, y, self._most)
+        tolerance = resolution.across(_axis(poses[0], self._periodic))
         if bend >= min(NEARLY * tolerance, LARGEST):
             self._pause = BENT - 1
             return None
         falls, self._before = bend < self._before, bend
-        step, left = end - begin, self._scene.run.end - end
+        step, left = end - begin, self._integrator.end - end
         if falls and bend > SEEN * tolerance and self._links is None:
             return None
         if left <= 0.0 or not self._is_due(step, poses):
@@ -99,17 +129,17 @@ class GrowthWatch:
         if not len(growth.rates):
             return None
         if bend <= STRAIGHT:
-            self._tell_once(end, self._fastest)
+            self._warn_once(end, self._fastest)
             return None
-        lost = sight.passed_over(growth, step, left, bend)
+        lost = resolution.lost_mode(growth, step, left, bend)
         if lost is None:
             return None
-        told = self._reason(growth.rates[lost], growth.parts[lost], sight, step, bend)
-        return Stop(Cause.GROWTH, end, told)
+        reason = _reason(growth.rates[lost], growth.parts[lost], resolution, step, bend)
+        return Stop(Cause.GROWTH, end, reason)
 
     def _is_due(self, step: float, poses: Poses) -> bool:
-        """Whether rates are to be taken after this step."""
-        slow = step * self._fastest <= max(self._integrator.followed, self._judged)
+        """Whether rates are to be computed after this step."""
+        slow = step * self._fastest <= max(self._integrator.growth_limit, self._judged)
         self._wait -= 1
         if slow and (
             self._wait > 0 or not (self._has_changed(poses) or step > LONGER * self._step)
@@ -119,48 +149,50 @@ class GrowthWatch:
         self._wait = 2 ** max(self._looks - AT_ONCE, 0)
         return True
 
-    def _reason(self, rate: float, part: np.ndarray, sight: Sight, step: float, bend: float) -> str:
-        run = self._scene.run
-        at = part, run.atol, run.rtol
-        size, finer = min(sight.sizes(*at), sight.certain(*at)), sight.resolving(part)
-        return (
-            f"a part of the bend of {bend:.2g} a grows at rate {rate:.3g}; it is {size:.2g} of the "
-            f"tolerance (run.atol = {run.atol:g}, run.rtol = {run.rtol:g}), and steps of "
-            f"{step:.2g} do not follow it; {finer}{', or ' if finer else ''}a larger start "
-            "resolves it"
-        )
-
     def _has_changed(self, poses: Poses) -> bool:
-        """Whether links differ from those at which rates were last taken; if so, keep these."""
-        links = _links(*poses, self._scene.chain.spacing, self._periodic)
+        """Whether links differ from those at the last computation of rates; if so, keep these."""
+        links = _links(*poses, self._spacing, self._periodic)
         largest = np.abs(links).max(axis=1)
         self._scale = np.maximum(self._scale, largest)
         if self._links is not None:
             change = np.abs(links - self._links).max(axis=1)
-            floor = self._scene.run.atol * np.array([1.0 / self._scene.chain.spacing, 1.0])
+            floor = self._atol * np.array([1.0 / self._spacing, 1.0])
             if (change <= np.maximum(CHANGED * self._scale, floor)).all():
                 return False
         self._links = links
         return True
 
     def _growth(self, time: float, step: float, left: float, poses: Poses) -> Growth:
-        """The modes that grow by more than ``FOLDS`` in what is left, at these poses."""
+        """The modes that grow by more than e^``FOLDS`` in the time ``left``, at these poses."""
         if self._chain is None:
-            # one of its own: the integrator's is not to notice
-            self._chain = ChartedChain(Model(self._scene))
+            self._chain = self._spare_chain()
         self._chain.rebase(time, *poses)
         axis = _axis(poses[0], self._periodic)
-        return growth_about_base(self._chain, axis, FOLDS / left, self._integrator.followed / step)
+        fast = self._integrator.growth_limit / step
+        return growth_about_base(self._chain, axis, FOLDS / left, fast)
 
-    def _tell_once(self, time: float, rate: float) -> None:
-        if self._told:
+    def _warn_once(self, time: float, rate: float) -> None:
+        if self._warned:
             return
-        self._told = True
-        self._tell(
-            f"the chain is straight to rounding at t = {time:.3g}, and stays so, although a bend"
-            f" would grow at rate {rate:.3g}: there is nothing for it to grow from; start.shape ="
-            " 'random' gives it"
+        self._warned = True
+        self._report(
+            f"the chain is straight to rounding at t = {time:.3g} and stays straight, although a "
+            f"bend would grow at rate {rate:.3g}: it has no bend to grow from; "
+            "start.shape = 'random' provides one"
         )
+
+
+def _reason(rate: float, part: np.ndarray, resolution: Resolution, step: float, bend: float) -> str:
+    """What a run that stops for a lost mode says: which growth, why, and what resolves it."""
+    at = part, resolution.atol, resolution.rtol
+    size = min(resolution.over_tolerance(*at), resolution.over_step_errors(*at))
+    finer = resolution.finer_tolerances(part)
+    return (
+        f"a part of the bend of {bend:.2g} a grows at rate {rate:.3g}, but steps of {step:.2g} do "
+        f"not resolve it: it is {size:.2g} of the tolerance (run.atol = {resolution.atol:g}, "
+        f"run.rtol = {resolution.rtol:g}); {finer}{', or ' if finer else ''}a larger bend at the "
+        "start resolves it"
+    )
 
 
 def _axis(positions: np.ndarray, periodic: bool) -> np.ndarray:

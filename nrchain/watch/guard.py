@@ -1,12 +1,9 @@
 """min |r_i − r_j| = 2a, and links turned by π/2: the events at which a run must end.
 
-Friction between spheres that is cut at a reach is judged at every snapshot besides: where its
-mobility is no longer positive definite, spheres gain energy from the fluid.
-
-Both are looked for within every step, on the integrator's own interpolant, and their time is found
-to rounding. Spheres that meet and part again within one step are not missed: a step is passed as
-clear only if the closest pair is farther apart than the spheres moved in it, with room to spare;
-otherwise it is divided until every part is clear, or touches.
+Both are sought within every step, on the integrator's own interpolant, and their time is found to
+rounding. Spheres that meet and part again within one step are not missed: a step counts as clear
+only if the closest pair is farther apart than the spheres moved in it, with a margin. Otherwise it
+is divided until every part is clear, or has a contact.
 """
 
 from __future__ import annotations
@@ -17,14 +14,8 @@ import numpy as np
 
 from nrchain._compile import kernel
 from nrchain.geometry.near_pairs import closest_pair, near_pairs, separations
-from nrchain.motion.contact import (
-    contact_distance,
-    has_turning_springs,
-    least_aligned,
-    least_alignment,
-)
+from nrchain.motion.contact import PoseLimits, least_aligned, least_alignment
 from nrchain.outcome import Cause, Stop
-from nrchain.scene.scene import Scene
 from nrchain.types import Poses, PosesAt
 
 EXCURSION = 2.0
@@ -38,18 +29,11 @@ STRAIGHT = 1e-3
 
 
 class Guard:
-    """Watches the steps of one run.
+    """Looks for contacts and turned links in the steps of a run from ``positions`` (N, 3)."""
 
-    ``contact`` is the distance of centres at which spheres touch; with a repulsion between them,
-    the distance at which it has been overcome.
-    """
-
-    def __init__(self, scene: Scene, positions: np.ndarray) -> None:
-        self._radius = scene.chain.radius
-        self.contact = contact_distance(scene)
-        self._period = scene.length if scene.chain.ends == "periodic" else 0.0
-        self._turning = has_turning_springs(scene)
-        self._scene = scene
+    def __init__(self, limits: PoseLimits, positions: np.ndarray) -> None:
+        self._radius, self._contact = limits.radius, limits.contact
+        self._period, self._turning = limits.period, limits.turning_springs
         self._search(positions)
 
     def watch(
@@ -69,23 +53,6 @@ class Guard:
                 return turned
         return stop
 
-    def judge_friction(self, time: float, positions: np.ndarray) -> None:
-        """Stop where friction that is cut along the chain no longer takes energy out."""
-        if self._scene.friction.kind == "one-body":
-            return
-        from nrchain.motion.definiteness import is_cut, least_mobility
-
-        if not is_cut(self._scene):
-            return
-        least = least_mobility(self._scene, positions)
-        if least <= 0.0:
-            raise Stop(
-                Cause.FRICTION,
-                time,
-                f"the mobility cut at {self._scene.friction.neighbours} neighbours is no longer "
-                f"positive definite: its least eigenvalue is {least:.2g} of that of a sphere",
-            )
-
     def _search(self, positions: np.ndarray) -> None:
         self._searched = positions.copy()
         self._closest = closest_pair(positions, self._period)[0]
@@ -100,19 +67,19 @@ class Guard:
         divisions: int = DIVISIONS,
     ) -> Stop | None:
         moved = 2.0 * EXCURSION * _largest_move(before, after)
-        if self._closest - 2.0 * _largest_move(self._searched, after) - moved > self.contact:
+        if self._closest - 2.0 * _largest_move(self._searched, after) - moved > self._contact:
             return None
         self._search(after)
-        if self._closest - moved > self.contact:
+        if self._closest - moved > self._contact:
             return None
-        if self._period and divisions and 2.0 * (self.contact + moved) > self._period:
+        if self._period and divisions and 2.0 * (self._contact + moved) > self._period:
             # spheres may meet other images than those that are nearest at the end
             middle = 0.5 * (begin + end)
             between = poses_at(middle)[0]
             parts = ((begin, before, middle, between), (middle, between, end, after))
             found = (self._touching(*part, poses_at, divisions - 1) for part in parts)
             return next((stop for stop in found if stop is not None), None)
-        pairs = near_pairs(after, self.contact + moved, self._period)
+        pairs = near_pairs(after, self._contact + moved, self._period)
         shifts = separations(after, pairs, self._period) - separations(after, pairs)
 
         def vectors_at(time: float) -> np.ndarray:
@@ -148,13 +115,13 @@ class Guard:
         between = vectors_at(middle)
         bulge = np.linalg.norm(between - first - part * (last - first), axis=1)
         bulge /= 4.0 * part * (1.0 - part)
-        if (distances - EXCURSION * bulge).min() > self.contact:
+        if (distances - EXCURSION * bulge).min() > self._contact:
             return None
         nearly_straight = divisions == 0 or bulge.max() < STRAIGHT * self._radius
-        if nearly_straight and _shortest(last) <= self.contact:
-            return _root(lambda time: _shortest(vectors_at(time)) - self.contact, begin, end)
+        if nearly_straight and _shortest(last) <= self._contact:
+            return _root(lambda time: _shortest(vectors_at(time)) - self._contact, begin, end)
         if divisions == 0:
-            return middle if _shortest(between) <= self.contact else None
+            return middle if _shortest(between) <= self._contact else None
         earlier = self._first_touch(begin, first, middle, between, vectors_at, divisions - 1)
         if earlier is not None:
             return earlier

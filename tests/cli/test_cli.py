@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-import nrchain.run.simulate
+import nrchain.run.simulation
 from nrchain import __version__
 from nrchain.accuracy.cost import Point, WorkPrecision
 from nrchain.accuracy.timing import Measured
@@ -24,7 +24,7 @@ from nrchain.cli.terminal import TRANSLITERATE, print_output
 from nrchain.errors import BackendError, TrajectoryError
 from nrchain.planning import description
 from nrchain.run.interruption import INTERRUPTED
-from nrchain.run.simulate import Progress
+from nrchain.run.recording import Progress
 from nrchain.run.work import RunCost, Work
 from nrchain.scene.scene import load_scene, scene_names
 from nrchain.trajectory.file import FILE_NAME
@@ -89,8 +89,8 @@ class Stub:
 @pytest.fixture
 def stub(monkeypatch):
     stub = Stub()
-    monkeypatch.setattr(nrchain.run.simulate, "simulate", stub.simulate)
-    monkeypatch.setattr(nrchain.run.simulate, "resume", stub.resume)
+    monkeypatch.setattr(nrchain.run.simulation, "simulate", stub.simulate)
+    monkeypatch.setattr(nrchain.run.simulation, "resume", stub.resume)
     return stub
 
 
@@ -422,7 +422,7 @@ def test_the_ending_of_another_kind_of_file_is_refused(tmp_path, stub, name):
     assert stub.scene is None
     assert not any(tmp_path.iterdir())
     with pytest.raises(TrajectoryError, match=r"ends in \.h5"):
-        nrchain.run.simulate.output_file(tmp_path / name)
+        nrchain.run.output.output_file(tmp_path / name)
     (tmp_path / name).mkdir()
     assert call("run", "passive", "-o", tmp_path / name).exit_code == 0
 

@@ -10,8 +10,7 @@ import pytest
 import nrchain
 from nrchain.accuracy.timing import distance
 from nrchain.errors import SceneError, TrajectoryError
-from nrchain.motion.model import Model
-from nrchain.outcome import Cause, Stop
+from nrchain.outcome import Cause
 from nrchain.planning.auto import (
     CLOSE,
     MARGIN,
@@ -23,7 +22,7 @@ from nrchain.planning.auto import (
     full_scene,
     ladder,
 )
-from nrchain.planning.choice import BREACH, WINDOW, Choice, Watch
+from nrchain.planning.choice import BREACH, WINDOW, Choice
 from nrchain.planning.description import describe
 from nrchain.planning.estimate import estimate_effects
 from nrchain.planning.nominal_cost import Fluid, evaluation_cost
@@ -117,10 +116,9 @@ def test_a_run_that_goes_on_keeps_its_choice(quiet, tmp_path):
     assert begun.choice.left_out
 
 
-def test_nothing_left_out_is_not_watched(quiet):
-    told = Choice(0.1, (), 0.0, 0.0, (), (), "no reason")
-    Watch(quiet, told, Model(quiet)).check(0.0, (np.zeros((20, 3)), np.zeros((20, 3, 3))))
-    assert Choice.from_json(told.to_json()) == told
+def test_a_choice_is_read_from_the_text_it_writes():
+    choice = Choice(0.1, (), 0.0, 0.0, (), (), "no reason")
+    assert Choice.from_json(choice.to_json()) == choice
 
 
 def cut_short(scene):
@@ -212,14 +210,6 @@ def test_the_cost_of_a_disturbed_flow_grows_with_its_reach_and_its_finite_size()
     cut = nrchain.load_scene(leading, **{"slip.2s": 1.0, "slip.neighbours": 3})
     cut = nrchain.load_scene(cut, **{"flow.neighbours": 5, "slip.finite_size": False})
     assert Fluid.of(cut) == (math.inf, 3.0, 5.0, False)
-
-
-def test_a_choice_is_watched_from_its_own_poses(quiet):
-    scene, choice = choose(quiet)
-    poses = nrchain.simulate(scene).positions[-1], nrchain.simulate(scene).frames[-1]
-    bent = poses[0] + np.sin(np.arange(20))[:, None] * [0.0, 2.0, 0.0]
-    with pytest.raises(Stop):
-        Watch(scene, choice, Model(scene)).check(scene.run.end, (bent, poses[1]))
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ from nrchain.hydrodynamics import sharing
 from nrchain.planning import auto, estimate, plan
 from nrchain.planning.paired import PairedRun
 from nrchain.planning.start import starting_poses
-from nrchain.run import simulate as run
+from nrchain.run import preparation
 from nrchain.view import effect_plots, plots
 
 SHORT = {"chain.particles": 6, "run.end": 2.0, "run.snapshots": 5}
@@ -46,21 +46,21 @@ def stopped():
 def cannot_step(folder):
     """A run that its integrator gives up."""
 
-    class Wild(run._Run):
-        def __init__(self, *arguments, **options):
-            super().__init__(*arguments, **options)
-            twists = self.chain.model.twists
+    class Wild(preparation.Loop):
+        def __init__(self, chain, *rest):
+            super().__init__(chain, *rest)
+            twists = chain.model.twists
 
             def wild(positions, frames, out=None):
                 found = twists(positions, frames, out)
-                if self.chain.evaluations > 100:
+                if chain.evaluations > 100:
                     found[:, :3] += 1e12 * np.sin(1e17 * positions)
                 return found
 
-            self.chain.model.twists = wild
+            chain.model.twists = wild
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(run, "_Run", Wild)
+        patch.setattr(preparation, "Loop", Wild)
         ended = nrchain.simulate(scene(), output=folder / "wild")
     assert ended.cause is nrchain.Cause.STEP
 

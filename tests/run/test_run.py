@@ -18,7 +18,8 @@ from nrchain.errors import SceneError, TrajectoryError
 from nrchain.geometry import near_pairs
 from nrchain.outcome import Cause, Stop
 from nrchain.planning import start
-from nrchain.run import simulate as run
+from nrchain.run.recording import snapshot_times
+from nrchain.watch.growth import GrowthWatch
 
 
 def sides(trajectory):
@@ -214,7 +215,7 @@ def test_spheres_that_touch_stop_the_run():
     assert "spheres 0 and 1 touch (distance 2 a)" in trajectory.reason
     # the last snapshot is the contact itself, at a time of its own
     assert f"t = {trajectory.time[-1]:.6g}" in trajectory.reason
-    assert trajectory.time[-1] not in run.snapshot_times(scene)
+    assert trajectory.time[-1] not in snapshot_times(scene)
     gap = np.linalg.norm(np.diff(trajectory.positions[-1], axis=0)) - 2.0
     assert abs(gap) < 1e-12
 
@@ -227,7 +228,7 @@ def test_a_budget_of_steps_is_kept_and_spent_anew_by_resuming(tmp_path):
     pieces = nrchain.simulate(limited, output=tmp_path)
     assert pieces.cause is Cause.BUDGET
     assert pieces.counters["steps"] == steps
-    assert f"{steps} steps are spent" in pieces.reason
+    assert f"{steps} steps are used up" in pieces.reason
     for _ in range(9):
         if pieces.status == "completed":
             break
@@ -248,12 +249,12 @@ def test_a_stop_on_a_snapshot_is_that_snapshot_and_one_after_it_comes_last(
     tmp_path, monkeypatch, late
 ):
     scene = nrchain.load_scene("stable", **{"run.end": 8.0, "run.snapshots": 5})
-    until = run.snapshot_times(scene)[2] + late
+    until = snapshot_times(scene)[2] + late
 
     def watch(self, start, end, *rest):
         return Stop(Cause.GROWTH, until, "told to") if start < until <= end else None
 
-    monkeypatch.setattr(run.GrowthWatch, "watch", watch)
+    monkeypatch.setattr(GrowthWatch, "watch", watch)
     for output in (None, tmp_path):
         stopped = nrchain.simulate(scene, output=output)
         assert stopped.cause is Cause.GROWTH
@@ -448,19 +449,3 @@ def test_a_place_that_is_taken_is_refused_before_effects_are_chosen(tmp_path, mo
     monkeypatch.setattr("nrchain.planning.auto.choose", lambda *_: pytest.fail("time is spent"))
     with pytest.raises(TrajectoryError, match="only replaced with overwrite"):
         nrchain.simulate(scene, output=place)
-
-
-def test_growth_is_told_of_where_nothing_was_said_of_the_start(monkeypatch):
-    """What a run warns of on its way depends on whether its start was warned of, and no more."""
-    seen = []
-    real = run.GrowthWatch
-
-    def watch(*arguments, told):
-        seen.append(told)
-        return real(*arguments, told=told)
-
-    monkeypatch.setattr(run, "GrowthWatch", watch)
-    nrchain.simulate(nrchain.load_scene("stable", **{"run.end": 1.0}))
-    with pytest.warns(nrchain.SceneWarning, match="straight"):
-        nrchain.simulate(nrchain.load_scene("buckling", **{"start.shape": "straight"}))
-    assert seen == [False, True]

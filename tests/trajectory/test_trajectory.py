@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from nrchain.effects.registry import acting
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.outcome import Cause
-from nrchain.run.simulate import resume, simulate
+from nrchain.run.simulation import resume, simulate
 from nrchain.scene.scene import load_scene
 from nrchain.trajectory import layout as h5md
 from nrchain.trajectory import writer as trajectory_writer

@@ -64,7 +64,8 @@ def largest_offset(trajectory):
 def advised(trajectory):
     """The changes that the reason of a stop names."""
     assert trajectory.cause is Cause.GROWTH
-    text = re.search(r"do not follow it; (.*), or a larger start resolves it", trajectory.reason)[1]
+    remedy = r"rtol = [^;]*\); (.*), or a larger bend at the start resolves it"
+    text = re.search(remedy, trajectory.reason)[1]
     return {key: float(value) for key, value in re.findall(r"(run\.[ar]tol) = (\S+)", text)}
 
 

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 import nrchain
 from nrchain.errors import SceneError
-from nrchain.motion.contact import most_turned_link
-from nrchain.outcome import Cause, Stop
+from nrchain.motion.contact import PoseLimits, most_turned_link
+from nrchain.outcome import Cause
 from nrchain.watch.guard import Guard
 
 
@@ -21,7 +21,7 @@ def scene_of(count=3, **changes):
 def watch(scene, path, begin, end):
     """What the guard says of a step in which ``path(time)`` gives positions and frames."""
     before = path(begin)[0]
-    return Guard(scene, before).watch(begin, before, end, path(end), path)
+    return Guard(PoseLimits.of(scene), before).watch(begin, before, end, path(end), path)
 
 
 def straight_line(velocity, offset=0.0):
@@ -192,7 +192,7 @@ def test_spheres_that_come_from_far_in_many_steps_touch_in_time(steps):
         return positions, np.tile(np.eye(3), (3, 1, 1))
 
     times = np.linspace(0.0, 1.5, steps)
-    guard = Guard(scene, path(0.0)[0])
+    guard = Guard(PoseLimits.of(scene), path(0.0)[0])
     for begin, end in itertools.pairwise(times):
         stop = guard.watch(begin, path(begin)[0], end, path(end), path)
         if stop:
@@ -250,17 +250,3 @@ def test_with_a_repulsion_spheres_may_come_closer():
     assert watch(scene_of(steric=steric), straight_line(100.0, 1.5), 0.0, 1.0) is None
     stop = watch(scene_of(steric=steric), straight_line(100.0, 0.5), 0.0, 1.0)
     assert stop.cause is Cause.TOUCH
-
-
-def test_a_run_stops_where_friction_that_is_cut_no_longer_damps():
-    """Ten spheres in a line: twice their diameter apart the cut holds, at contact it does not."""
-    cut = {"chain.spacing": 4.0, "friction": {"kind": "pairwise", "neighbours": 1}}
-    line = np.arange(10.0)[:, None] * [1.0, 0.0, 0.0]
-    guard = Guard(scene_of(10, **cut), 4.0 * line)
-    guard.judge_friction(1.0, 4.0 * line)
-    with pytest.raises(Stop, match="cut at 1 neighbours is no longer positive definite") as stop:
-        guard.judge_friction(2.5, 2.01 * line)
-    assert stop.value.cause is Cause.FRICTION
-    assert stop.value.time == 2.5
-    every = scene_of(10, friction="pairwise", **{"chain.spacing": 4.0})
-    Guard(every, 4.0 * line).judge_friction(2.5, 2.01 * line)

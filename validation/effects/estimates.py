@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 
 from nrchain import Scene, SceneError, Trajectory, estimate, load_scene, simulate
 from nrchain.motion.model import Model
-from nrchain.planning.choice import velocity_difference
 from nrchain.planning.paired import apart
 from nrchain.planning.scene_changes import Change
+from nrchain.watch.neglected import velocity_difference
 from validation.effects.scenes import completed, random_scene
 from validation.report.periodic_waves import PERIODIC, rate_of
 from validation.report.recorder import Recorder

@@ -92,7 +92,7 @@ class Leap(Integrator):
     """Stands still for a few steps, then turns the chain by π − 1e-9 about z in one."""
 
     name, order = "leap", 1
-    followed = 1.0
+    growth_limit = 1.0
 
     def start(self, time: float, y: np.ndarray) -> None:
         self._time = self._begin = time

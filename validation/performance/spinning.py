@@ -30,7 +30,7 @@ def compare(recorder: Recorder) -> None:
     bend = _counted("buckling", turns).counters
     isotropic = _counted("spiral-left", turns, "isotropic").counters
     spun = _counted("spiral-left", turns, "paper").counters
-    with mock.patch("nrchain.run.simulate.ChartedChain", _Still):
+    with mock.patch("nrchain.run.preparation.ChartedChain", _Still):
         still = _counted("spiral-left", turns, "paper").counters
         apart = _counted("spiral-left", 10, "paper").positions[-1]
     apart = apart - _counted("spiral-left", 10, "paper").positions[-1]

@@ -54,8 +54,8 @@ class Integrator(ABC):
     order: int
     """Highest order of its global error."""
 
-    followed: float
-    """h μ up to which a step lets grow at about its rate μ what is below the tolerance."""
+    growth_limit: float
+    """h μ up to which a step h reproduces growth at rate μ of what is below the tolerance."""
 
     def __init__(self, chain: ChartedChain, end: float, rtol: float, atol: np.ndarray) -> None:
         self.chain, self.end, self.rtol, self.atol = chain, end, rtol, atol

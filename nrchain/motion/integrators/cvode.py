@@ -39,7 +39,7 @@ class Cvode(Integrator):
     order = 5
     # the first pole of R(z) is at 1 at order 1, and at 1 + … + 1/q at order q: what grows is damped
     # beyond it, and grows faster than exp(z) below
-    followed = 1.0
+    growth_limit = 1.0
 
     def __init__(self, chain: ChartedChain, end: float, rtol: float, atol: np.ndarray) -> None:
         super().__init__(chain, end, rtol, atol)

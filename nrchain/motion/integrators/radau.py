@@ -93,7 +93,7 @@ class Radau(Integrator):
     name = "radau"
     order = 5
     # R(2) = 7.5 where exp(2) = 7.39: from there on R leaves it, to its pole at 3.64
-    followed = 2.0
+    growth_limit = 2.0
 
     def __init__(
         self,

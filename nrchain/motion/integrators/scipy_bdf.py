@@ -59,7 +59,7 @@ class ScipyBdf(Integrator):
     name = "scipy-bdf"
     order = 5
     # as of all backward differences: the pole of order 1
-    followed = 1.0
+    growth_limit = 1.0
 
     def __init__(self, chain: ChartedChain, end: float, rtol: float, atol: np.ndarray) -> None:
         super().__init__(chain, end, max(rtol, SMALLEST_RTOL), atol)

@@ -1,4 +1,4 @@
-"""Which growth a step follows: by its size in tolerances, by h μ, and by what else grows."""
+"""Which growth a step resolves: by its size in tolerances, by h μ, and by what else grows."""
 
 import math
 from types import SimpleNamespace
@@ -8,17 +8,17 @@ import pytest
 
 from nrchain.motion.integrators import INTEGRATORS, find_integrator
 from nrchain.motion.integrators.radau_stages import RUNGE_KUTTA
-from nrchain.watch.followed import LARGEST, SEEN, SHARE, SOLVED, Sight
 from nrchain.watch.growing_modes import Growth
+from nrchain.watch.resolved_growth import LARGEST, SEEN, SHARE, SOLVED, Resolution
 
 RADIUS, ATOL = 2.0, 1e-9
 BACKWARD = [name for name in INTEGRATORS if name != "radau"]
 
 
-def sight(rtol=0.0, y=0.0, most=0.0, followed=1.0):
+def resolution(rtol=0.0, y=0.0, most=0.0, growth_limit=1.0):
     atol = ATOL * np.tile(np.repeat([RADIUS, 1.0], 3), 2)
-    integrator = SimpleNamespace(atol=atol, rtol=rtol, followed=followed)
-    return Sight.of(integrator, ATOL, np.full(12, y), np.full(12, most))
+    integrator = SimpleNamespace(atol=atol, rtol=rtol, growth_limit=growth_limit)
+    return Resolution.of(integrator, ATOL, np.full(12, y), np.full(12, most))
 
 
 def alike(*amplitudes):
@@ -29,7 +29,7 @@ def alike(*amplitudes):
 def lost(rates, sizes, step, left=1e3):
     amplitudes = ATOL * np.array(sizes)
     growth = Growth(np.array(rates, float), alike(*amplitudes))
-    return sight().passed_over(growth, step, left, amplitudes.max())
+    return resolution().lost_mode(growth, step, left, amplitudes.max())
 
 
 def radau_factor(z):
@@ -38,7 +38,7 @@ def radau_factor(z):
 
 
 def test_radau_multiplies_what_grows_as_it_should_up_to_the_step_it_names():
-    limit = find_integrator("radau").followed
+    limit = find_integrator("radau").growth_limit
     for z in np.linspace(0.0, limit, 20):
         assert radau_factor(z) == pytest.approx(math.exp(z), rel=0.02)
     assert abs(radau_factor(10.0 * limit)) < 1.0
@@ -49,7 +49,7 @@ def test_radau_multiplies_what_grows_as_it_should_up_to_the_step_it_names():
 def test_backward_differences_let_grow_faster_than_it_should_up_to_the_step_they_name(name, order):
     """Σ_k (1 − 1/ξ)^k/k = z has a root ξ ≥ exp z up to the sum at 1/ξ = 0, the pole."""
     poles = sum(1.0 / k for k in range(1, order + 1))
-    assert find_integrator(name).followed <= poles
+    assert find_integrator(name).growth_limit <= poles
     for z in np.linspace(0.05, 0.95, 10):
         series = [-z, *(1.0 / k for k in range(1, order + 1))]
         roots = np.polynomial.Polynomial(series).roots()
@@ -59,17 +59,17 @@ def test_backward_differences_let_grow_faster_than_it_should_up_to_the_step_they
 
 
 def test_sizes_are_in_tolerances_of_radii_and_radians():
-    assert sight().sizes(alike(3e-7), ATOL, 0.0)[0] == pytest.approx(3e-7 / ATOL)
-    seen = sight(rtol=1e-5, y=-0.5).sizes(alike(1e-6), 0.0, 1e-5)[0]
+    assert resolution().over_tolerance(alike(3e-7), ATOL, 0.0)[0] == pytest.approx(3e-7 / ATOL)
+    seen = resolution(rtol=1e-5, y=-0.5).over_tolerance(alike(1e-6), 0.0, 1e-5)[0]
     assert seen == pytest.approx(1e-6 / 5e-6 * math.sqrt((RADIUS**2 + 1.0) / 2.0))
 
 
-def test_what_is_seen_is_followed_whatever_the_step_is():
+def test_step_control_resolves_what_it_sees_in_steps_of_any_length():
     assert lost([10.0], [1.01 * SEEN], step=10.0) is None
     assert lost([10.0], [0.99 * SEEN], step=10.0) == 0
 
 
-def test_what_is_not_seen_is_followed_in_short_steps():
+def test_short_steps_resolve_what_step_control_does_not_see():
     assert lost([10.0], [0.5], step=0.09) is None
     assert lost([10.0], [0.5], step=0.11) == 0
 
@@ -80,15 +80,15 @@ def test_what_is_far_below_the_tolerance_may_be_made_of_errors():
 
 
 def test_errors_of_spheres_that_have_come_far_hide_a_bend():
-    """Not from a step that passes over it: that would be seen where spheres have hardly moved."""
+    """Step control would see it where spheres have hardly moved."""
     growth = Growth(np.array([10.0]), alike(1e-6))
     far = np.r_[np.full(6, 1.0), np.zeros(6)]
-    held = sight(rtol=1e-3)
-    moved = Sight(held.unit, held.atol, held.rtol, far, far, held.followed)
-    assert held.passed_over(growth, 1e-6, 1e3, 1e-6) is None
-    assert moved.sizes(growth.parts, ATOL, 1e-3)[0] > SEEN
-    assert moved.passed_over(growth, 1e-6, 1e3, 1e-6) == 0
-    assert moved.resolving(growth.parts[0]).startswith("run.rtol = ")
+    held = resolution(rtol=1e-3)
+    moved = Resolution(held.unit, held.atol, held.rtol, far, far, held.growth_limit)
+    assert held.lost_mode(growth, 1e-6, 1e3, 1e-6) is None
+    assert moved.over_tolerance(growth.parts, ATOL, 1e-3)[0] > SEEN
+    assert moved.lost_mode(growth, 1e-6, 1e3, 1e-6) == 0
+    assert moved.finer_tolerances(growth.parts[0]).startswith("run.rtol = ")
 
 
 def test_what_stays_below_the_tolerance_does_not_matter():
@@ -117,4 +117,4 @@ def test_what_is_a_small_part_of_the_bend_by_then_does_not_matter():
 )
 def test_the_tolerance_named_is_the_one_that_hides_it(size, rtol, moved, advised):
     part = alike(size * ATOL)[0]
-    assert sight(rtol=rtol, y=moved, most=moved).resolving(part) == advised
+    assert resolution(rtol=rtol, y=moved, most=moved).finer_tolerances(part) == advised

@@ -1,0 +1,167 @@
+"""simulate and resume: from a scene, or from the file of a run, to a trajectory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import nullcontext
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from nrchain.notices import Report, warn
+from nrchain.outcome import Stop
+from nrchain.planning.choice import Choice
+from nrchain.run.folders import new_folder
+from nrchain.run.interruption import Interruption, deferred
+from nrchain.run.output import output_file
+from nrchain.run.preparation import Start, check_start, prepare
+from nrchain.run.recording import Progress, snapshot_times
+from nrchain.run.resumption import start_from_checkpoint
+from nrchain.scene.scene import Scene
+from nrchain.trajectory.file import claim_existing, locate
+from nrchain.trajectory.recorder import Memory, Recorder
+from nrchain.trajectory.trajectory import Trajectory
+from nrchain.trajectory.writer import TrajectoryWriter
+
+
+def simulate(
+    scene: Scene,
+    *,
+    output: str | Path | None = None,
+    overwrite: bool = False,
+    progress: Callable[[Progress], None] | None = None,
+    positions: np.ndarray | None = None,
+    frames: np.ndarray | None = None,
+    choice: Choice | None = None,
+) -> Trajectory:
+    """Integrate v = F/γ_T + Σu, ω = T/γ_R + Σw from the start of a scene to its end.
+
+    Parameters
+    ----------
+    scene
+        What to simulate; see :func:`nrchain.load_scene`.
+    output
+        File (``.h5``, ``.hdf5`` or ``.h5md``), or directory for a ``trajectory.h5``, which is made
+        if need be, to write as the run goes; none: memory only.
+    overwrite
+        Whether an existing file may be replaced.
+    progress
+        Called with a :class:`Progress` at every snapshot.
+    positions, frames
+        (N, 3) and (N, 3, 3): poses to start from in place of the scene's. Positions of a periodic
+        chain may be wrapped: each link takes the image that is nearest to its rest length along x
+        (:func:`nrchain.scene.unwrapping.unwrapped`), and the trajectory holds the unwrapped chain.
+        Of frames rounded to 32 bits the nearest rotations are taken.
+    choice
+        What the effects of the scene leave out, as :func:`nrchain.auto.choose` found it: kept
+        beside the scene, and watched. A scene with ``effects = "auto"`` makes its own.
+
+    Returns
+    -------
+    Trajectory
+        With ``status`` "completed", or "stopped" with a ``cause`` and a ``reason`` when the run
+        cannot go on or has spent its budget; what was reached is kept, with the poses at which it
+        stopped for a last snapshot.
+
+    Warns
+    -----
+    SceneWarning
+        For a start that is straight, or hardly above ``run.atol``, on a chain whose waves grow, and
+        for spheres held or pushed against a background flow with one-body friction.
+
+    Raises
+    ------
+    SceneError
+        Before any time is spent, for a start that cannot be simulated, such as wrapped positions
+        of which the image is not clear.
+    TrajectoryError
+        When ``output`` exists and ``overwrite`` is not set, or cannot be made. Of a file that is
+        removed or replaced meanwhile what was reached is returned, with no ``path``; one that is
+        cut short meanwhile is lost.
+    KeyboardInterrupt
+        On Ctrl-C and SIGTERM, once the step under way is done and the file is closed in order.
+    """
+    # a path that is taken is refused before any time is spent
+    place = None if output is None else output_file(output, overwrite)
+    start = check_start(scene, positions, frames, choice)
+    if place is None:
+        return simulate_in_memory(start, progress)
+    folder, path = place
+    _report(start, warn)
+    with (
+        deferred() as interruption,
+        new_folder(folder) if folder else nullcontext(),
+        TrajectoryWriter(
+            path, start.scene, snapshot_times(start.scene), overwrite=overwrite, choice=start.choice
+        ) as writer,
+    ):
+        return _finish(writer, _run(start, writer, progress, interruption))
+
+
+def simulate_in_memory(
+    start: Start, progress: Callable[[Progress], None] | None = None, report: Report = warn
+) -> Trajectory:
+    """The trajectory from a checked start; ``report`` gets the text of every warning."""
+    _report(start, report)
+    memory = Memory(start.scene)
+    with deferred() as interruption:
+        stop = _run(start, memory, progress, interruption, report)
+    return replace(memory.trajectory(start.scene, stop), choice=start.choice)
+
+
+def resume(
+    path: str | Path,
+    *,
+    unwatched: bool = False,
+    progress: Callable[[Progress], None] | None = None,
+) -> Trajectory:
+    """Continue a run that was killed, interrupted or stopped, from its last checkpoint to its end.
+
+    The result is that of the uninterrupted run, bit for bit. A run that is complete is returned
+    as it is. The budget of the scene holds for what is new.
+
+    A run keeps its effects to its end. One that stopped because of what ``effects = "auto"`` left
+    out continues only with ``unwatched``: from there on no bound holds, and its ``choice`` says so.
+
+    Raises :class:`~nrchain.errors.TrajectoryError` for a file that cannot be continued, and for a
+    run that stopped because of what was left out, without ``unwatched``.
+    """
+    done = Trajectory.open(path)
+    if done.status == "completed":
+        return done
+    with claim_existing(locate(path)) as claim:
+        # what it holds now that nobody else writes to it
+        done = Trajectory.open(path)
+        start = start_from_checkpoint(done, unwatched)
+        assert done.path is not None
+        with (
+            deferred() as interruption,
+            TrajectoryWriter.reopen(done.path, claim, start.choice) as writer,
+        ):
+            return _finish(writer, _run(start, writer, progress, interruption))
+
+
+def _report(start: Start, report: Report) -> None:
+    for text in start.warnings:
+        report(text)
+
+
+def _run(
+    start: Start,
+    recorder: Recorder,
+    progress: Callable[[Progress], None] | None,
+    interruption: Interruption,
+    report: Report = warn,
+) -> Stop | None:
+    with interruption.second_at_once():
+        return prepare(start, recorder, progress, interruption, report).run()
+
+
+def _finish(writer: TrajectoryWriter, stop: Stop | None) -> Trajectory:
+    """Write how the run ended and read the file back, even if it has lost its name meanwhile."""
+    if stop is None:
+        writer.mark("completed")
+    else:
+        writer.mark("stopped", stop.reason, stop.cause)
+    return writer.read()

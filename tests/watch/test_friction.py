@@ -1,0 +1,25 @@
+"""Friction that is cut along the chain ends a run where it no longer dissipates energy."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+import nrchain
+from nrchain.motion.definiteness import least_mobility
+from nrchain.outcome import Cause, Stop
+from nrchain.watch.friction import FrictionWatch
+
+LINE = np.arange(10.0)[:, None] * [1.0, 0.0, 0.0]
+
+
+def test_a_cut_that_holds_in_a_wide_chain_ends_a_run_at_contact():
+    """Ten spheres in a line: twice their diameter apart the cut holds, at contact it does not."""
+    cut = {"chain.spacing": 4.0, "friction": {"kind": "pairwise", "neighbours": 1}}
+    scene = nrchain.load_scene({"chain.particles": 10, "run.end": 1.0}, **cut)
+    watch = FrictionWatch(1, partial(least_mobility, scene))
+    watch.check(1.0, 4.0 * LINE)
+    with pytest.raises(Stop, match="cut at 1 neighbours is no longer positive definite") as stop:
+        watch.check(2.5, 2.01 * LINE)
+    assert stop.value.cause is Cause.FRICTION
+    assert stop.value.time == 2.5
