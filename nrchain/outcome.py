@@ -1,8 +1,8 @@
-"""completed, refused, or stopped at time t for a cause: how a run ends, and what to do about it.
+"""completed, refused, or stopped at time t for a cause: how a run ends, and what to do then.
 
-A scene that cannot be simulated is refused with :class:`~nrchain.errors.SceneError` before any
-time is spent. A run that began either completes or stops, with one :class:`Cause`; what it reached
-is kept. There is no other end.
+A scene that cannot be simulated is refused with :class:`~nrchain.errors.SceneError` before any time
+is spent. A run that has begun either completes or stops with one :class:`Cause`, and keeps what it
+has reached.
 """
 
 from __future__ import annotations
@@ -33,47 +33,48 @@ class Cause(StrEnum):
 
     @property
     def advice_without_slip(self) -> str:
-        """What to try on a chain whose spheres have none."""
+        """What to try on a chain whose spheres have no slip."""
         return _WITHOUT_SLIP.get(self, self.advice)
 
 
 _QUARTER = (
-    "beyond a quarter turn the springs of a link pull it on. The paper's springs soften from an "
-    "eighth of a turn on: elasticity.measure = 'isotropic' holds larger bends"
+    "beyond a quarter turn, twist and bend drive a link on to a half turn. The paper's measures of "
+    "twist and bend soften from an eighth of a turn on: elasticity.measure = 'isotropic' holds "
+    "larger bends"
 )
-_BEYOND = "velocities have left the range of floating point"
+_BEYOND = "velocities exceed the range of floating point"
 
 _ADVICE = {
-    Cause.TOUCH: "name a repulsion in [steric] to go on through contacts, stiffen the chain, or "
+    Cause.TOUCH: "add a repulsion in [steric] to continue through contacts, stiffen the chain, or "
     "weaken the slip",
     Cause.TURN: f"raise elasticity.twist and elasticity.bend, or weaken the slip: {_QUARTER}",
-    Cause.CHART: "tighten run.rtol and run.atol, so that a step turns no sphere by half a turn",
-    Cause.FRICTION: "set friction.neighbours to a larger number, or, unless a net force acts on a "
-    "periodic chain, to 'all', whose mobility is positive definite wherever the spheres are",
-    Cause.STEP: "loosen run.rtol and run.atol, lower elasticity.ratio, or see in the last poses "
-    "what has become fast",
+    Cause.CHART: "tighten run.rtol and run.atol, so that no step turns a sphere by half a turn",
+    Cause.FRICTION: "raise friction.neighbours, or set it to 'all', unless a net force acts on a "
+    "periodic chain: the mobility of all pairs is always positive definite",
+    Cause.STEP: "loosen run.rtol and run.atol, lower elasticity.ratio, or look in the last poses "
+    "for what moves fast",
     Cause.NOT_FINITE: f"weaken the slip or the moduli: {_BEYOND}",
     Cause.BUDGET: "resume the run, or raise run.max_steps or run.max_seconds",
-    Cause.INTERRUPTED: "resume the run to go on",
+    Cause.INTERRUPTED: "resume the run",
     Cause.NEGLECTED: "run the scene again with those keys or a smaller tolerance; or resume it "
-    "with --unwatched, as it is and without a bound",
-    Cause.GROWTH: "set the tolerances as the reason says, or start from a larger bend: what "
-    "grows must be above them",
-    Cause.ERROR: "see the message: something outside the run failed",
+    "with --unwatched: it keeps its effects, and no bound holds",
+    Cause.GROWTH: "set the tolerances that the reason names, or start from a larger bend: growing "
+    "modes must be above the tolerance",
+    Cause.ERROR: "the message names the failure; its cause lies outside the run",
 }
 
 
 _WITHOUT_SLIP = {
-    Cause.TOUCH: "name a repulsion in [steric] to go on through contacts, stiffen the chain, or "
-    "weaken what acts on it from outside",
+    Cause.TOUCH: "add a repulsion in [steric] to continue through contacts, stiffen the chain, or "
+    "weaken the external forces and flows",
     Cause.TURN: "raise elasticity.twist and elasticity.bend, or start from a chain that is less "
     f"bent: {_QUARTER}",
-    Cause.NOT_FINITE: f"weaken the moduli, or what acts from outside: {_BEYOND}",
+    Cause.NOT_FINITE: f"weaken the moduli, or the external forces and flows: {_BEYOND}",
 }
 
 
 class Stop(Exception):
-    """A run ends at ``time``, before its end, for a cause; the message tells what happened."""
+    """A run stops at ``time``, before its end; the message says what happened."""
 
     def __init__(self, cause: Cause, time: float, message: str) -> None:
         super().__init__(message)
@@ -84,5 +85,5 @@ class Stop(Exception):
 
     @property
     def reason(self) -> str:
-        """One sentence with the time."""
+        """What happened, with the time, in one sentence."""
         return f"at t = {self.time:.6g}: {self}"

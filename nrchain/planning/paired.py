@@ -25,7 +25,7 @@ from nrchain.planning.nominal_cost import evaluation_cost
 from nrchain.scene.scene import Scene
 from nrchain.types import Poses
 from nrchain.watch.guard import Guard
-from nrchain.watch.seed import tolerance_for
+from nrchain.watch.seed import resolving_tolerance
 
 FRESH_STEPS = 2000
 """Steps after which all charts are left for fresh ones."""
@@ -83,7 +83,7 @@ class PairedRun:
 
     def __init__(self, scenes: Sequence[Scene], poses: Poses, tolerance: float) -> None:
         self.scenes, self.tolerance = list(scenes), tolerance
-        self._atol = tolerance_for(self.scenes[0], *poses, tolerance)
+        self._atol = resolving_tolerance(self.scenes[0], *poses, tolerance)
         self.time = 0.0
         self.poses = [(poses[0].copy(), poses[1].copy()) for _ in scenes]
         self.stops: dict[int, Stop] = {}

@@ -31,7 +31,7 @@ from nrchain.theory.lattice import (
     steady_velocity,
 )
 from nrchain.theory.straight_growth import REACH, StraightGrowth
-from nrchain.watch.seed import seed_of
+from nrchain.watch.seed import seed_amplitude
 from nrchain.wording import brief, span
 
 _BENDING = [Branch.BEND_PLUS, Branch.BEND_MINUS]
@@ -71,7 +71,7 @@ def plan(scene: Scene) -> Plan:
     found = judged(scene)
     if isinstance(found, Judgement):
         lines += [*_load_lines(scene, found), *_motion_lines(scene, found)]
-        lines += _growth_lines(scene, found, seed_of(scene, positions, frames))
+        lines += _growth_lines(scene, found, seed_amplitude(scene, positions, frames))
     else:
         lines.append(Line("chain", "not judged", str(found)))
     for part in (_wave_lines, _reach_lines):

@@ -17,7 +17,7 @@ from nrchain.scene.poses import initial_poses
 from nrchain.scene.scene import Scene, require_scene
 from nrchain.scene.sections import StartSpec
 from nrchain.scene.unwrapping import unwrapped_chain
-from nrchain.watch.seed import refuse_buried
+from nrchain.watch.seed import refuse_unresolved_seed
 
 SOLVER_BYTES = 12_000
 """Memory of one sphere in an integrator with nearest neighbours."""
@@ -56,7 +56,7 @@ def starting_poses(
     _refuse_overlap(scene, points, where)
     _refuse_turns(scene, turns, turned)
     _refuse_indefinite(scene, points)
-    refuse_buried(scene, points, turns)
+    refuse_unresolved_seed(scene, points, turns)
     return points, turns
 
 

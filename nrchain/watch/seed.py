@@ -1,8 +1,9 @@
-"""How far a start is from straight, against what a step resolves: growth brings it to light.
+"""max (|offset|/a, |e₁ × axis|) over run.atol: whether steps resolve the seed of a buckling chain.
 
-What is smaller than ``run.atol`` is noise to the integrator: it neither follows nor solves for it,
-and its steps then become as long as the run. On a chain that decays nothing is lost with it. Where
-bending waves grow, the shape that they end in is that of their seed, and has to be above it.
+An integrator treats what is smaller than ``run.atol`` as noise: it neither resolves nor solves for
+it, and its steps then become as long as the run. On a chain that decays this does no harm. Where
+bending waves grow, their seed, the first bend, determines their final shape and must be above
+``run.atol``.
 """
 
 from __future__ import annotations
@@ -15,20 +16,20 @@ from nrchain.errors import SceneError
 from nrchain.scene.scene import Scene
 
 RESOLVED = 1e3
-"""A seed this many times ``run.atol`` grows at its rate to within a percent."""
+"""A seed of this many ``run.atol`` grows at its rate to within a percent."""
 
 BARELY = 1e2
-"""Below this many times it, what has grown is off by more than several percent."""
+"""A seed below this many ``run.atol`` grows with an error of more than several percent."""
 
 LEAST_ATOL = 1e-14
 """The least that ``run.atol`` may be."""
 
 
-def seed_of(scene: Scene, positions: np.ndarray, frames: np.ndarray) -> float:
-    """max (|offset|/a, |e₁ × axis|): how far poses are from straight, in radii and radians.
+def seed_amplitude(scene: Scene, positions: np.ndarray, frames: np.ndarray) -> float:
+    """max (|offset|/a, |e₁ × axis|): the bend of these poses, in radii and radians.
 
-    The axis is x on a periodic chain, and goes through the ends of an open one. 0 where no more
-    than rounding is left.
+    The axis is x for a periodic chain and joins the ends of an open one. A bend within rounding
+    counts as 0.
     """
     offsets, axis = positions - positions[0], np.array([1.0, 0.0, 0.0])
     rounding = 4.0 * float(np.finfo(float).eps)
@@ -48,10 +49,10 @@ def seed_of(scene: Scene, positions: np.ndarray, frames: np.ndarray) -> float:
     )
 
 
-def bending_folds(scene: Scene) -> float:
-    """max Re λ · t_end of the modes across the chain: by e to what power they grow in the run.
+def bend_growth_exponent(scene: Scene) -> float:
+    """max Re λ · t_end of the bending modes: they grow by e to this power in the run.
 
-    0 where they decay, and where the chain has no straight state to grow from.
+    0 where they decay, and where the chain has no straight state.
     """
     from nrchain.theory.straight_growth import straight_growth
     from nrchain.theory.straight_state import straight_state
@@ -65,54 +66,57 @@ def bending_folds(scene: Scene) -> float:
     return growth * scene.run.end
 
 
-def refuse_buried(scene: Scene, positions: np.ndarray, frames: np.ndarray) -> None:
-    """Refuse a start below ``run.atol`` that grows beyond it: noise would take its place."""
-    seed, atol = seed_of(scene, positions, frames), scene.run.atol
-    if LEAST_ATOL < seed < atol and _comes_to_light(scene, seed, atol):
+def refuse_unresolved_seed(scene: Scene, positions: np.ndarray, frames: np.ndarray) -> None:
+    """Refuse a seed below ``run.atol`` that grows beyond it: noise would take its place."""
+    seed, atol = seed_amplitude(scene, positions, frames), scene.run.atol
+    if LEAST_ATOL < seed < atol and _outgrows(scene, seed, atol):
         allowed = (
-            f"must be at most {_finer(seed)}: the start is {seed:.2g} a off straight, which steps"
-            f" of this tolerance do not see, and bends grow by up to e^{bending_folds(scene):.3g}"
-            " over the run; or start from a larger amplitude, or from a straight chain"
+            f"must be at most {_finer(seed)}: steps of this tolerance do not resolve the bend of"
+            f" {seed:.2g} a at the start, and bends grow by up to"
+            f" e^{bend_growth_exponent(scene):.3g} over the run; or start from a larger amplitude,"
+            " or from a straight chain"
         )
         raise SceneError("run.atol", atol, allowed)
 
 
 def seed_warning(scene: Scene, positions: np.ndarray, frames: np.ndarray) -> str:
-    """What to know of a start that is straight, or hardly above ``run.atol``, on a chain that
-    buckles; empty if there is nothing."""
-    seed, atol = seed_of(scene, positions, frames), scene.run.atol
+    """The warning of a straight start, or of a seed near ``run.atol``, on a chain that buckles.
+
+    Empty where there is nothing to warn of.
+    """
+    seed, atol = seed_amplitude(scene, positions, frames), scene.run.atol
     if seed >= BARELY * atol:
         return ""
-    folds = bending_folds(scene)
+    folds = bend_growth_exponent(scene)
     if folds < math.log(10.0):
         return ""
     if seed <= LEAST_ATOL:
         return (
-            "the start is straight to rounding, and a straight chain stays straight, although bends"
-            f" grow by up to e^{folds:.3g} over the run: there is nothing for them to grow from;"
-            " start.shape = 'random' gives it"
+            "the start is straight to rounding and has no bend to grow from: the chain stays"
+            f" straight, although bends grow by up to e^{folds:.3g} over the run;"
+            " start.shape = 'random' provides a bend"
         )
     if seed < atol:
         return ""
     return (
-        f"the start is {seed:.2g} a off straight, hardly above run.atol = {atol:g}, and bends grow"
-        f" by up to e^{folds:.3g} over the run: what has grown may be off by a factor; run.atol = "
-        f"{_finer(seed)} settles it"
+        f"the bend of {seed:.2g} a at the start is barely above run.atol = {atol:g}, and bends grow"
+        f" by up to e^{folds:.3g} over the run: the amplitude reached may be wrong by a factor; "
+        f"run.atol = {_finer(seed)} resolves it"
     )
 
 
-def tolerance_for(
+def resolving_tolerance(
     scene: Scene, positions: np.ndarray, frames: np.ndarray, tolerance: float
 ) -> float:
-    """The tolerance, or a finer one that resolves a seed which grows beyond it."""
-    seed = seed_of(scene, positions, frames)
-    if LEAST_ATOL < seed < BARELY * tolerance and _comes_to_light(scene, seed, tolerance):
+    """``tolerance``, or a finer one where a seed below it grows beyond it."""
+    seed = seed_amplitude(scene, positions, frames)
+    if LEAST_ATOL < seed < BARELY * tolerance and _outgrows(scene, seed, tolerance):
         return max(seed / BARELY, LEAST_ATOL)
     return tolerance
 
 
-def _comes_to_light(scene: Scene, seed: float, atol: float) -> bool:
-    folds = bending_folds(scene)
+def _outgrows(scene: Scene, seed: float, atol: float) -> bool:
+    folds = bend_growth_exponent(scene)
     return folds > 0.0 and folds + math.log(seed) > math.log(atol)
 
 

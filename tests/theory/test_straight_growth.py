@@ -16,7 +16,7 @@ from nrchain.theory.lattice import lattice_rates
 from nrchain.theory.line_loads import sparse_factors
 from nrchain.theory.straight_growth import DENSE, straight_growth
 from nrchain.theory.straight_state import LONGEST, straight_state
-from nrchain.watch.seed import bending_folds
+from nrchain.watch.seed import bend_growth_exponent
 
 FORTY = [500.0] * 20 + [-500.0] * 20
 
@@ -214,7 +214,7 @@ def test_a_chain_beyond_rounding_is_not_judged_and_ends_as_it_must(capfd):
     scene = nrchain.load_scene("passive", **keys, **strong)
     with pytest.raises((FloatingPointError, nrchain.SceneError)):
         straight_state(scene)
-    assert bending_folds(scene) == 0.0
+    assert bend_growth_exponent(scene) == 0.0
     assert nrchain.simulate(scene).cause in (Cause.STEP, Cause.NOT_FINITE)
     assert capfd.readouterr().out == ""
 

@@ -1,4 +1,4 @@
-"""What a start below the tolerance grows into is never noise, and a straight one says so."""
+"""A start below the tolerance never grows into noise, and a straight one warns."""
 
 import re
 
@@ -13,7 +13,7 @@ from nrchain.planning.paired import PairedRun
 from nrchain.planning.regime import warnings
 from nrchain.planning.start import starting_poses
 from nrchain.scene.poses import initial_poses
-from nrchain.watch.seed import bending_folds, seed_of
+from nrchain.watch.seed import bend_growth_exponent, seed_amplitude
 from validation.hard_cases.gallery import GALLERY
 
 
@@ -25,15 +25,15 @@ def largest_offset(trajectory):
     return float(np.abs(trajectory.positions[-1, :, 1:]).max())
 
 
-def test_a_seed_that_steps_would_lose_is_refused_and_the_tolerance_named_shows_its_growth():
-    """Small offsets are carried by linear equations: a start a thousand times as high ends so."""
+def test_an_unresolved_seed_is_refused_and_the_tolerance_named_resolves_its_growth():
+    """Small offsets obey linear equations: a start a thousand times as high ends as high."""
     small = buckling(**{"start.amplitude": 1e-9})
     with pytest.raises(nrchain.SceneError, match=r"run.atol.*at most") as refused:
         nrchain.simulate(small)
     assert refused.value.key == "run.atol"
     named = float(re.search(r"at most (\S+):", refused.value.allowed)[1])
     # a thousandth of the start, to one digit
-    assert named == pytest.approx(1e-3 * seed_of(small, *initial_poses(small)), rel=0.5)
+    assert named == pytest.approx(1e-3 * seed_amplitude(small, *initial_poses(small)), rel=0.5)
     found = nrchain.simulate(nrchain.load_scene(small, **{"run.atol": named}))
     large = nrchain.simulate(buckling(**{"start.amplitude": 1e-6, "run.atol": 1e-11}))
     assert largest_offset(found) > 300 * 1e-9
@@ -44,19 +44,19 @@ def test_a_seed_that_steps_would_lose_is_refused_and_the_tolerance_named_shows_i
     "changes",
     [{"run.end": 100.0, "start.amplitude": 1e-12}, {"slip.2s": -100.0, "start.amplitude": 1e-9}],
 )
-def test_what_stays_below_the_tolerance_runs(changes):
+def test_a_seed_that_stays_below_the_tolerance_runs(changes):
     assert warnings(buckling(**changes)) == []
     assert nrchain.simulate(buckling(**changes)).status == "completed"
 
 
-def test_the_smallest_start_of_the_gallery_is_followed_where_it_may_grow():
+def test_the_smallest_start_of_the_gallery_is_refused_only_where_it_grows_beyond_the_tolerance():
     (case,) = [case for case in GALLERY if case.name == "amplitude 1e-12 a"]
     assert nrchain.simulate(case.scene()).status == "completed"
     with pytest.raises(nrchain.SceneError, match="bends grow"):
         nrchain.simulate(case.scene(**{"run.end": 5000.0}))
 
 
-def test_a_straight_start_of_a_chain_that_buckles_is_told():
+def test_a_straight_start_of_a_chain_that_buckles_warns():
     straight = buckling(**{"start.shape": "straight"})
     with pytest.warns(nrchain.SceneWarning, match=r"straight.*grow by up to e\^7"):
         nrchain.simulate(straight)
@@ -65,16 +65,16 @@ def test_a_straight_start_of_a_chain_that_buckles_is_told():
 
 
 @pytest.mark.parametrize("times", [9.0, 11.0])
-def test_a_straight_chain_is_told_of_if_bends_grow_tenfold(times):
+def test_a_straight_chain_warns_if_bends_grow_tenfold(times):
     straight = buckling(**{"start.shape": "straight"})
-    end = straight.run.end * np.log(times) / bending_folds(straight)
+    end = straight.run.end * np.log(times) / bend_growth_exponent(straight)
     told = warnings(nrchain.load_scene(straight, **{"run.end": float(end)}))
     assert any("straight to rounding" in text for text in told) == (times > 10.0)
 
 
-def test_a_start_hardly_above_the_tolerance_is_told():
+def test_a_seed_barely_above_the_tolerance_warns():
     (told,) = warnings(buckling(**{"start.amplitude": 1e-7}))
-    named = float(re.search(r"run\.atol = (\S+) settles it", told)[1])
+    named = float(re.search(r"run\.atol = (\S+) resolves it", told)[1])
     assert warnings(buckling(**{"start.amplitude": 1e-7, "run.atol": named})) == []
 
 
@@ -83,20 +83,20 @@ def test_the_seed_is_that_of_the_chain_however_it_lies(far):
     scene = buckling(**{"start.amplitude": 1e-3, "chain.ends": "free"})
     positions, frames = starting_poses(scene)
     turn = Rotation.from_rotvec([0.3, -0.7, 1.1]).as_matrix()
-    own = seed_of(scene, positions, frames)
+    own = seed_amplitude(scene, positions, frames)
     assert 1e-3 < own < 5e-3
-    moved = seed_of(scene, positions @ turn.T + far, frames @ turn.T)
+    moved = seed_amplitude(scene, positions @ turn.T + far, frames @ turn.T)
     assert moved == pytest.approx(own, rel=1e-6)
     straight, still = starting_poses(buckling(**{"start.shape": "straight"}))
-    assert seed_of(scene, straight @ turn.T + far, still @ turn.T) == 0.0
+    assert seed_amplitude(scene, straight @ turn.T + far, still @ turn.T) == 0.0
 
 
 def test_growth_that_cannot_be_judged_refuses_nothing():
     tilted = {"slip.4a": 100.0, "slip.4a.axis": [1.0, 1.0, 0.0]}
-    assert bending_folds(nrchain.load_scene("passive", **tilted)) == 0.0
+    assert bend_growth_exponent(nrchain.load_scene("passive", **tilted)) == 0.0
 
 
-def test_probes_follow_a_seed_below_their_own_tolerance():
+def test_probes_resolve_a_seed_below_their_own_tolerance():
     """At the probe's 3e-5 nothing of a start of 1e-6 would be seen to grow."""
     scene = buckling(**{"start.amplitude": 1e-6, "run.atol": 1e-9})
     probe = PairedRun([scene], starting_poses(scene), 3e-5)
@@ -106,7 +106,7 @@ def test_probes_follow_a_seed_below_their_own_tolerance():
     assert offset == pytest.approx(largest_offset(run), rel=0.1)
 
 
-def test_the_command_tells_it_once(tmp_path):
+def test_the_command_warns_once(tmp_path):
     changes = ("--set", "start.shape=straight", "--set", "run.snapshots=2")
     told = CliRunner().invoke(app, ["run", "buckling", "-o", str(tmp_path), *changes])
     assert told.exit_code == 0
