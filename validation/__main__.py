@@ -1,6 +1,6 @@
 """python -m validation [NAME ...]: run the studies, print their checks, write the report.
 
-Exit codes: 0, every check holds; 1, a check failed or a study stopped; 2, refused.
+Exit codes: 0, all checks pass; 1, a check fails or a study stops; 2, invalid arguments.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 
 class _Display:
-    """Prints a row a check and, on a terminal, keeps a bar below them."""
+    """Prints one row per check and, on a terminal, a progress bar below."""
 
     def __init__(self, console: Console, studies: int) -> None:
         self.console = console
@@ -77,7 +77,9 @@ def main(
         list[str] | None,
         typer.Argument(metavar="[NAME ...]", help="Studies to run.", show_default="all"),
     ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Fewer points: minutes in all.")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Use fewer points: minutes in total.")
+    ] = False,
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder of the report.")] = Path(
         "report"
     ),
@@ -89,7 +91,7 @@ def main(
         ),
     ] = False,
 ) -> None:
-    """Hold nrchain against derivations, the paper and PyStokes, and write a report."""
+    """Compare nrchain with derivations, the paper and PyStokes, and write a report."""
     from validation.report.build import PAGE, Report, ReportError
 
     console = Console(markup=False, emoji=False, highlight=False)
@@ -159,6 +161,6 @@ def _entry(value: Any) -> Any:
 
 
 if __name__ == "__main__":
-    # figures go to files; a notebook names a backend here that need not be installed
+    # figures go to files; a notebook may set a backend that is not installed
     os.environ.pop("MPLBACKEND", None)
     app()

@@ -1,4 +1,4 @@
-"""What the paper's own way of measuring changes: waves of height a/10, and open ends."""
+"""Waves of height a/10 and open ends, which the paper measures: how they change the rates."""
 
 from __future__ import annotations
 
@@ -97,8 +97,8 @@ def free_chains(recorder: Recorder) -> list[Free]:
         ],
         "Free chains that start from half a wavelength of height a/10, fitted with a plane wave of "
         "q = π/L from a tenth of the run on (0.3 passive decay times; 3t and 4a: 0.3 rad; 3a: at "
-        "most until the fastest wave has grown e-fold). Misfit: what the wave leaves over, "
-        "relative to the shape.",
+        "most until the fastest wave has grown e-fold). Misfit: residual of the fit, relative to "
+        "the shape.",
     )  # fmt: skip
     _pushers_do_not_buckle(recorder, found)
     for count in counts[1:]:
@@ -134,13 +134,13 @@ def _free(label: str, strength: float, shape: str, kind: measure.Kind, count: in
 
 
 def _fastest(scene: nrchain.Scene) -> float:
-    """The largest growth rate of left-handed waves, which hide all slower ones in the end."""
+    """The largest growth rate of left-handed waves, which dominate all slower ones in the end."""
     q = np.linspace(0.0, 1.0, 1000) / D
     return float(dispersion.transverse(Rod.of(scene), q, -1).real.max())
 
 
 def _pushers_do_not_buckle(recorder: Recorder, found: list[Free]) -> None:
-    """On free chains the springs take up the prestress, and its buckling term is gone."""
+    """On free chains the elastic tension cancels the prestress, and with it the buckling term."""
     passive = {f.count: f.fit.rate.growth.value for f in found if not f.label}
     for f in found:
         if f.label == "2s":
@@ -166,7 +166,7 @@ def _pushers_do_not_buckle(recorder: Recorder, found: list[Free]) -> None:
 
 
 def _slowest_mode(recorder: Recorder, count: int) -> None:
-    """The last of the passive shape decays as the beam with free ends, half a spacing beyond."""
+    """At late times a passive chain decays as a beam with free ends, half a spacing longer."""
     scene = _scene("", 0.0, "sine", count)
     law = -((FREE_FREE / count) ** 4)
     scene = nrchain.load_scene(scene, **{"run.end": 3.0 / abs(law)})

@@ -1,4 +1,4 @@
-"""Figures of the continuum study: markers simulated, dashed lines laws, solid lines the lattice."""
+"""Figures of the continuum study: markers, simulation; dashed lines, laws; solid lines, lattice."""
 
 from __future__ import annotations
 

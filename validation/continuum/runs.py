@@ -1,4 +1,4 @@
-"""Time-domain runs of single waves, and what continuum and lattice say of each.
+"""Simulated runs of single waves, and their rates by the continuum laws and the lattice.
 
 Units of the paper: a = η = 1, d = 10, μ = γ_T d². With x = qd and s = (a/d)², the beam limit of the
 discrete chain with nearest neighbours (λ → ∞: the tilt is tied to the slope of the displacement by
@@ -40,7 +40,7 @@ GAMMA_T, GAMMA_R = 6 * math.pi, 8 * math.pi
 BEND = GAMMA_T * D**2
 
 TENSION = 1e-6
-"""λA²/2μ of a start: the tension of a wave that cannot shorten, over the bending of its chain."""
+"""λA²/2μ of a start: tension of a wave of fixed period over the bending of its chain."""
 
 Poses = tuple[NDArray[np.float64], NDArray[np.float64]]
 
@@ -66,7 +66,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Series:
-    """Waves of one branch at several strengths and lengths, and the law they are held against.
+    """Waves of one branch at several strengths and lengths, and the law they are compared with.
 
     ``active`` is the part of Λ that changes sign with V (or all of the optical rate), ``next`` the
     coefficient of x² in the expansion above and ``slack`` (c, p) that of the term c ε x^p.
@@ -110,7 +110,7 @@ def bending_theory(label: str, strength: float, count: int) -> tuple[complex, co
 def wave_scene(
     label: str, strength: float, count: int, shape: str, amplitude: float | None = None
 ) -> nrchain.Scene:
-    """One wavelength around a periodic chain at R = 1e12, so low that its tension is nothing."""
+    """One wavelength around a periodic chain at R = 1e12, so low that its tension is negligible."""
     stiffness = 1e12 * GAMMA_R / (GAMMA_T * D**4 * (count - 1) ** 4)
     height = math.sqrt(2 * TENSION / stiffness) if amplitude is None else amplitude
     return nrchain.load_scene(
@@ -125,7 +125,7 @@ def wave_scene(
 
 
 def longitudinal_wave(strength: float, count: int) -> Point:
-    """A wave of u_x on a 3t chain, soft enough along its axis (λ∥ = 1) for the wave to be seen."""
+    """A wave of u_x on a 3t chain with λ∥ = 1, soft enough for the wave to live long."""
     x = 2 * math.pi / count
     scene = _periodic(count, {"stretch": 1.0, "shear": 1e4}, {"3t": strength})
     law = complex(dispersion.longitudinal(Rod.of(scene), x / D))

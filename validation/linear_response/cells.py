@@ -1,4 +1,4 @@
-"""Cells of a linear operator, such as the force that displacements cause, and orders in qd."""
+"""Cells of a linear operator, such as force per displacement, and their orders in qd."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TENSORS = {"I-3xx": np.eye(3) - 3 * ALONG, "x×": X, "⊥": ACROSS}
 
 
 class Leftover(NamedTuple):
-    """A cell of the rod less that of the lattice, over the latter: coefficient (qd)^order."""
+    """(rod − lattice)/lattice of a cell: coefficient · (qd)^order."""
 
     coefficient: float
     order: int
@@ -47,7 +47,7 @@ CONTINUUM_CELLS = {
     ("4a", "torque", "u"): _DIFFERENCE,
     ("4a", "torque", "φ"): _SUM_AND_SPIN,
 }
-"""What the second-order rod leaves out of each cell of the chain."""
+"""Truncation error of the second-order rod in each cell."""
 
 
 def cell(operator: Complex, row: str, column: str) -> Complex:
@@ -56,7 +56,7 @@ def cell(operator: Complex, row: str, column: str) -> Complex:
 
 
 def stencil(name: str, phases: Array) -> Complex:
-    """What a difference of neighbours makes of exp(iqx), at qd."""
+    """Factor of exp(iqx) under a difference of neighbours, at qd."""
     waves = {
         "second": -2.0 * (1.0 - np.cos(phases)),
         "difference": 2j * np.sin(phases),
@@ -77,10 +77,9 @@ def coefficient(operator: Complex, label: str, term: Term, phases: Array) -> flo
 
 
 def order_of(phases: Array, difference: Array, order: int) -> tuple[float, float]:
-    """The slope of ln |difference| between two phases, and what difference/θ^order tends to.
+    """The slope of ln |difference| between two phases, and the limit of difference/θ^order.
 
-    The second is extrapolated to θ = 0 from both phases, on the grounds that the next order is two
-    higher.
+    The limit is extrapolated to θ = 0 from both phases; the next order is two higher.
     """
     slope = np.diff(np.log(np.abs(difference)))[0] / np.diff(np.log(phases))[0]
     share = np.asarray(difference) / phases**order

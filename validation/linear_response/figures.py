@@ -41,16 +41,16 @@ def draw(recorder: Recorder) -> None:
     recorder.figure(
         "order",
         _order(),
-        "How far the continuum laws of bending waves are from the lattice, relative to the law, at "
+        "Relative difference between the continuum laws of bending waves and the lattice, at "
         "a/d = 0.1: symbols, the lattice operator; lines, c (qd)² with c in closed form. Above "
-        "qd ≈ 1 the wave is too short for either.",
+        "qd ≈ 1 the expansion does not hold.",
     )
     recorder.figure(
         "dispersion",
         _dispersion(),
         "Active part of the bending waves of hand +, over the whole zone, in units of the law at "
         "qd = 1: the law of the paper, the lattice operator of the simulation, and the paper's "
-        "discrete equations of motion for λ → ∞. The law takes over at qd below about 0.5.",
+        "discrete equations of motion for λ → ∞. The law holds at qd below about 0.5.",
     )
 
 

@@ -1,6 +1,6 @@
-"""How fast do the continuum laws become those of the lattice as qd → 0?
+"""How fast do the continuum laws approach the lattice as qd → 0?
 
-What each law leaves out is known in closed form: expanding Λ = v†ΓMv/v†Γv of the unsheared wave
+The next order of each law is known in closed form: expanding Λ = v†ΓMv/v†Γv of the unsheared wave
 v = (C⁰, ±iC¹) gives a factor 1 − c (qd)², with c in :data:`BEYOND`.
 """
 
@@ -25,11 +25,11 @@ from validation.report.uniform_chains import (
 )
 
 LONG = np.array([0.02, 0.04])
-"""qd at which orders and coefficients of differences are read."""
+"""qd at which orders and coefficients are measured."""
 
 
 class Beyond(NamedTuple):
-    """Λ = law · (1 − c (qd)²): c = plain + finite (a/d)², and how it comes about."""
+    """Λ = law · (1 − c (qd)²): c = plain + finite (a/d)², and its origin."""
 
     plain: float
     finite: float
@@ -57,7 +57,7 @@ def compare(recorder: Recorder) -> None:
 
 
 def _law_difference(name: str, phases: np.ndarray, radius: float = 1.0) -> np.ndarray:
-    """1 − Λ/law of bending waves of hand +, as the lattice has them in the beam limit."""
+    """1 − Λ/law of bending waves of hand + on the lattice, in the beam limit."""
     changes = {"chain.radius": radius}
     scene = (
         uniform_chain({}, BENDING | changes)
@@ -95,7 +95,7 @@ def _laws(recorder: Recorder) -> None:
         written = f"{beyond.plain:.5g} + {beyond.finite:.5g} (a/d)²"
         rows.append((name, equations[name], order, written, beyond.at(1.0), leading))
     recorder.table(
-        "What the continuum laws leave out",
+        "Next order of the continuum laws",
         ["Chain", "Law", "Order measured", "c in closed form", "c at a/d = 0.1", "c measured"],
         rows,
         "The dispersion laws of bending waves hold up to a factor 1 − c (qd)² on the lattice.",
@@ -138,7 +138,7 @@ def _longitudinal_laws(recorder: Recorder) -> None:
 
 
 def _third_order(recorder: Recorder) -> None:
-    """3t: what stands beside V0 in Im Λ, over (a³V/d⁴)(qd)³."""
+    """3t: the third order of Im Λ, over (a³V/d⁴)(qd)³."""
     unit = STRENGTHS["3t"] / SPACING**4
     zeta = 1.2020569031595942
     for name, reach, lead, plain in (
@@ -158,7 +158,7 @@ def _third_order(recorder: Recorder) -> None:
 
 
 def _stiffness(recorder: Recorder) -> None:
-    """The beam limit is reached as 1/λ."""
+    """The beam limit is approached as 1/λ."""
     phase = np.array([0.3])
     for label in STRENGTHS:
         away = []

@@ -1,7 +1,7 @@
-"""What the paper prints otherwise in its linearised equations: each as large as it must be.
+"""Misprints in the paper's linearised equations, each of the expected size.
 
-A misprint shows as the printed term over that of the lattice operator. Everything else in the
-operators agrees, so each ratio is measured in the one cell where the printed form stands.
+A misprint is measured by the ratio of the printed term to that of the lattice operator, in the one
+cell where it occurs. All other cells agree.
 """
 
 from __future__ import annotations

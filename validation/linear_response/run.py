@@ -1,9 +1,9 @@
 """Does the linear operator of the simulated chain obey the paper's linearised equations and laws?
 
-The lattice operator is built from the Jacobian blocks of the simulation. It is held against
-differences of the simulated twists; against the linearised equations of Appendix C, written out
-from the paper's text, cell by cell; against the linearised rod with the moduli of Table moduli; and
-against the dispersion laws as qd → 0, whose next order is known in closed form.
+The lattice operator is built from the Jacobian blocks of the simulation. It is compared with
+differences of the simulated twists; with the linearised equations of Appendix C, cell by cell; with
+the linearised rod with the moduli of Table moduli; and with the dispersion laws as qd → 0, whose
+next order is known in closed form.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def _simulation(recorder: Recorder) -> None:
 
 
 def _endless_sums(recorder: Recorder) -> None:
-    """All pairs are where k neighbours go: no more is missing than the tail of Σ 1/m³."""
+    """k neighbours converge to all pairs; the difference is at most the tail of Σ 1/m³."""
     q = np.array([0.005, 0.02, 0.1])
     for label, strength in STRENGTHS.items():
         every = lattice_operator(
@@ -142,7 +142,7 @@ def _compare(recorder: Recorder, name: str, operator: Complex, law: Complex, lab
 
 
 def _continuum_cells(recorder: Recorder) -> None:
-    """Tables cont_forces and cont_torques: cells differ from the lattice by what stencils leave."""
+    """Tables cont_forces and cont_torques: cells differ from the lattice by the stencil errors."""
     for label, strength in STRENGTHS.items():
         scene = uniform_chain({label: strength}, FLUID)
         q = np.array([0.1, 0.2]) / SPACING

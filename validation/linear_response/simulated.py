@@ -1,4 +1,4 @@
-"""M(q) read off the simulated chain, by differences of the twists of displaced, turned spheres."""
+"""M(q) of the simulated chain, by differences of the twists of displaced and turned spheres."""
 
 from __future__ import annotations
 

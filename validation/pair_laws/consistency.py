@@ -1,8 +1,8 @@
 """The paper's statements of a mode of slip against each other.
 
-The force law, its torque, the slip on the sphere in polar components, the slip as an expansion in
-tensorial harmonics, and the force through derivatives of the Green's function: each fixes the
-strength V of a mode, and they do not agree.
+Five statements fix the strength V of a mode: the force law, its torque, the slip on the sphere in
+polar components, the slip as an expansion in tensorial harmonics, and the force through derivatives
+of the Green's function. They do not agree.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ POLE = np.array([0.0, 0.0, 1.0])
 THETA = (np.arange(12) + 0.5) * np.pi / 12
 NORMALS = np.stack([np.sin(THETA), 0 * THETA, np.cos(THETA)], axis=1)
 FAR = 1e6
-"""A distance at which only the slowest part of a flow is left."""
+"""A distance at which only the part of slowest decay matters."""
 
 FLOW_RATIOS = {
     "2s": Fraction(7, 5),
@@ -70,7 +70,7 @@ def compare(recorder: Recorder, axis: Array) -> None:
         ],
         "Four statements of the strength of a mode: the force law, the slip in polar components, "
         "the slip as an expansion in tensorial harmonics, and the force through derivatives of the "
-        "Green's function. In one convention every entry would be 1.",
+        "Green's function. If they agreed, every entry would be 1.",
     )
     recorder.text(
         "**The paper.** The bracket of the 4a torque is misplaced: half the curl of the force "

@@ -8,8 +8,8 @@ l, with P_l(cos θ),
     swirl      u_φ = r^{−l−1} ∂_θ P_l
 
 The pressure flow and the swirl of degree 1 are the flows of a force and a torque. A free sphere has
-neither; it moves with U and turns with Ω in their place. (H. Lamb, Hydrodynamics, §§ 335, 336;
-S. Kim and S. J. Karrila, Microhydrodynamics, ch. 4.)
+neither; it moves with velocity U and angular velocity Ω instead. (H. Lamb, Hydrodynamics, §§ 335,
+336; S. Kim and S. J. Karrila, Microhydrodynamics, ch. 4.)
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class ExteriorFlow:
         matrix = np.stack([*columns, -swim, -turn], axis=1)
         wanted = np.concatenate(slip(theta))
         solution = np.linalg.lstsq(matrix, wanted, rcond=None)[0]
-        # A term that is only rounding would outlast the true ones far away.
+        # far away, a term of pure rounding could exceed the true ones
         solution[np.abs(solution) < ROUNDING * np.abs(solution).max()] = 0.0
         return cls(
             dict(zip(terms, solution[:-2].tolist(), strict=True)),

@@ -47,7 +47,7 @@ def draw(recorder: Recorder, axis: Array) -> None:
     recorder.figure(
         "finite size",
         _finite_size(axis),
-        "What a finite size takes from the 2s velocity: PyStokes as released less the leading "
+        "Change of the 2s velocity by finite size: PyStokes as released minus the leading "
         "order (symbols), over the leading order on the axis, and (1 + a²∇²/6)(1 + a²∇²/10) − 1 "
         "(lines). Both parts fall as (a/r)².",
     )
@@ -67,7 +67,7 @@ def _over_axis(part: Array, points: Array, axis: Array) -> tuple[Array, Array]:
 
 
 def _along(values: Array, law: Array, points: Array, power: int) -> Array:
-    """values·law/law², nothing where the law is weak against its largest value."""
+    """values·law/law², NaN where |law| is below a fifth of its largest value."""
     v, w = flattened(values, points, power), flattened(law, points, power)
     size = np.sum(w * w, axis=1)
     strong = size > 0.04 * size.max()

@@ -1,6 +1,6 @@
-"""Three ways to the flow of one sphere: a routine of PyStokes, the adapter, and the native kernels.
+"""The flow of one sphere by a routine of PyStokes, by the adapter and by the native kernels.
 
-One sphere acts, at the origin; as many others as there are points feel it, and have no slip.
+The sphere with slip is at the origin; one sphere without slip is at each point.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ RANKS = {"2s": 2, "3a": 2, "3t": 1, "4a": 3}
 
 
 def released(method: str, points: Array, axis: Array, radius: float = 1.0) -> Array:
-    """What ``pystokes.unbounded.Rbm.<method>`` returns at points (M, 3) for unit strength."""
+    """Result of ``pystokes.unbounded.Rbm.<method>`` at points (M, 3) for unit strength."""
     import pystokes
 
     count = len(points) + 1
@@ -78,7 +78,7 @@ def _centres(points: Array) -> Array:
 def fit(values: Array, law: Array, points: Array, power: int) -> tuple[float, float]:
     """(k, misfit): the multiple of the law nearest the values, and max |values − k law|/|k law|.
 
-    Both are multiplied by r^power first, so that all distances count alike.
+    Both are multiplied by r^power first, to give all distances equal weight.
     """
     v, w = flattened(values, points, power), flattened(law, points, power)
     k = float(np.sum(v * w) / np.sum(w * w))

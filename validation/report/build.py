@@ -1,7 +1,7 @@
-"""results.json and index.html: what the studies found, kept from run to run.
+"""results.json and index.html: the results of the studies, kept from run to run.
 
-A study that is run again replaces its own records and leaves those of the others. The figures lie
-beside the file as PNG; the page has them inside and can be sent around by itself.
+A new run of a study replaces its own records and keeps those of the others. Figures are PNG files
+beside results.json; the page contains them and is one self-contained file.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ LIBRARIES = ("numpy", "scipy", "numba", "pystokes", "scikit-sundae", "h5py", "ma
 
 
 class ReportError(Exception):
-    """A report folder that cannot be added to."""
+    """A report folder that cannot be extended."""
 
 
 class Report:
-    """The report in a folder: the records of its last runs, to which outcomes are added.
+    """The report in a folder: the records of the last run of each study.
 
     ``results`` is what results.json holds: the lists ``checks``, ``benchmarks``, ``tables`` and
     ``studies``, whose entries name their study, and ``environment``, of the last run. Complex
     numbers are pairs [re, im]; numbers that are not finite are the strings "nan", "inf", "-inf".
-    Raises :class:`ReportError` if there is a results.json of something else.
+    Raises :class:`ReportError` if the folder has a results.json of another kind.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -50,7 +50,7 @@ class Report:
         self.results["environment"] = environment()
 
     def add(self, outcome: Outcome) -> None:
-        """Take in a study in place of what it found before, and write file and page."""
+        """Replace the records of a study, and write file and page."""
         recorder = outcome.recorder
         new: dict[str, list[Any]] = {
             "checks": [asdict(check) for check in recorder.checks],
@@ -105,7 +105,7 @@ class Report:
 
 
 def environment() -> dict[str, Any]:
-    """The machine and the versions that the records were made with."""
+    """The machine and the versions of the libraries."""
     import nrchain
 
     return {
@@ -129,7 +129,7 @@ def _known(entries: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _plain(value: Any) -> Any:
-    """The value in terms of JSON."""
+    """The value as JSON types."""
     if isinstance(value, dict):
         return {key: _plain(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
@@ -142,7 +142,7 @@ def _plain(value: Any) -> Any:
 
 
 def _replace(path: Path, text: str) -> None:
-    """Write a file so that a reader has either the old one or the new."""
+    """Write a file atomically: a reader sees either the old file or the new one."""
     draft = path.with_name(path.name + ".new")
     draft.write_text(text, encoding="utf-8")
     draft.replace(path)

@@ -1,4 +1,4 @@
-"""The report as one page of HTML that needs nothing else: figures and style are inside."""
+"""The report as one self-contained HTML page, with its figures and style."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ KINDS = {
     "check": "",
     "difference": "known difference",
     "bound": "bound",
-    "shortfall": "bar not met",
+    "shortfall": "target not met",
 }
 
 _markdown = MarkdownIt("commonmark", {"html": False}).enable("table")
 
 
 def page(results: dict[str, Any], folder: Path) -> str:
-    """The page for the contents of a results.json, whose figures are found from ``folder``."""
+    """The page for the contents of results.json; paths of figures are relative to ``folder``."""
     body = [
         f"<h1>{TITLE}</h1>",
         _verdict(results),
@@ -65,7 +65,7 @@ def page(results: dict[str, Any], folder: Path) -> str:
 
 
 def number(value: Any) -> str:
-    """A number to read: six digits, complex ones as a sum, strings as they are."""
+    """Text of a number: six digits; a + b i for complex numbers; strings unchanged."""
     if isinstance(value, list):
         re, im = (number(part) for part in value)
         return f"{re} {'−' if im.startswith('−') else '+'} {im.lstrip('−')} i"
@@ -109,7 +109,7 @@ def _known_differences(results: dict[str, Any]) -> str:
         return ""
     return (
         f"<p class='note'>{count} of the checks are known differences: a misprint or a defect "
-        "elsewhere, held to its stated size. Such a check fails if the difference goes away.</p>"
+        "elsewhere, of stated size. Such a check fails if the difference changes or disappears.</p>"
     )
 
 
@@ -119,7 +119,9 @@ def _shortfalls(results: dict[str, Any]) -> str:
         for check in results["checks"]
         if check["kind"] == "shortfall"
     ]
-    return f"<h3>Bars not met</h3>{_grid(['Bar', 'Measured', 'Why'], rows)}" if rows else ""
+    return (
+        f"<h3>Targets not met</h3>{_grid(['Target', 'Measured', 'Reason'], rows)}" if rows else ""
+    )
 
 
 def _study(study: dict[str, Any], results: dict[str, Any], folder: Path) -> str:
@@ -166,7 +168,7 @@ def _checks(checks: Sequence[dict[str, Any]]) -> str:
 
 
 def _short(value: Any) -> str:
-    """Errors and tolerances need two digits, values as many as they have up to six."""
+    """Two digits for numbers below 1e-3, up to six for others."""
     if isinstance(value, float) and 0 < abs(value) < 1e-3:
         mantissa, exponent = f"{value:.1e}".replace("-", "−").split("e−")
         return f"{mantissa}·10<sup>−{int(exponent)}</sup>"

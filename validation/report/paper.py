@@ -1,4 +1,4 @@
-"""The equations of the paper that studies hold others against, in plain NumPy, as printed.
+"""The equations of the paper as printed, in plain NumPy.
 
 n is the unit vector from the acting to the feeling sphere (the paper prints its length), r their
 distance, e the axis of the acting sphere, c = e·n and V the strength. One equation is not as

@@ -1,8 +1,7 @@
 """error = |measured − predicted| ≤ tolerance: what a study reports, and whether it holds.
 
-A study is handed a :class:`Recorder` and tells it what it predicts and what it measures. Nothing
-here knows of files or screens: records are plain dataclasses, and a listener hears of each check
-and each step as it happens.
+A study records predictions and measurements with a :class:`Recorder`. Records are plain
+dataclasses, independent of files and screens. A listener is called at each check and each step.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Value = float | complex
-"""A number of a record; a NaN among them fails its check."""
+"""A number in a record; NaN fails its check."""
 
 Cell = str | int | float | bool | None
 """An entry of a table."""
@@ -25,17 +24,16 @@ Cell = str | int | float | bool | None
 DOTS_PER_INCH = 180
 
 LIKE = 2.0
-"""Factor within which seconds, and ratios of them, are those of another day or machine."""
+"""Factor by which times, and ratios of times, may differ between days and machines."""
 
 
 @dataclass(frozen=True)
 class Check:
     """One statement that either holds or fails.
 
-    ``kind`` is ``"check"`` for an agreement, ``"difference"`` for a known disagreement that must
-    stay as large as stated, ``"bound"`` for a number that must lie within bounds, ``"shortfall"``
-    for a bar that is known not to be met; for a bound ``predicted`` is the bound nearest the
-    number.
+    ``kind`` is ``"check"`` for an agreement, ``"difference"`` for a known disagreement of stated
+    size, ``"bound"`` for a number within bounds, and ``"shortfall"`` for a target that is known to
+    be missed. For a bound, ``predicted`` is the bound nearest to the number.
     """
 
     study: str
@@ -51,7 +49,7 @@ class Check:
 
 @dataclass(frozen=True)
 class Benchmark:
-    """What something costs here and elsewhere; ``ratio`` is theirs over ours, above 1 if we win."""
+    """Cost of a task with nrchain and with a rival; ``ratio`` is theirs over ours."""
 
     study: str
     name: str
@@ -64,7 +62,7 @@ class Benchmark:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of a report; ``first_page`` tables are also shown before all studies."""
+    """A table of the report; those with ``first_page`` also appear before the studies."""
 
     study: str
     name: str
@@ -84,7 +82,7 @@ class Picture:
 
 
 class Listener(Protocol):
-    """Whoever wants to know how a study goes on."""
+    """Receives the checks and steps of a study as they happen."""
 
     def checked(self, check: Check) -> None: ...
 
@@ -92,16 +90,16 @@ class Listener(Protocol):
 
 
 class Recorder:
-    """Takes down what one study predicts, measures and shows.
+    """Records the checks, tables, figures and text of one study.
 
     Parameters
     ----------
     study
         Name of the study, kept with every record.
     quick
-        Whether the study should do with fewer points: some 25 s in place of a few minutes.
+        Whether the study uses fewer points: about 25 s instead of a few minutes.
     listener
-        Hears of every check and step.
+        Receives every check and step.
     """
 
     def __init__(
@@ -131,8 +129,8 @@ class Recorder:
     ) -> bool:
         """|measured − predicted| ≤ tolerance · |predicted|, or ≤ tolerance where that is zero.
 
-        ``relative=False`` takes the error as it is. Numbers may be complex; NaN fails. ``source``
-        is the equation of the paper or the derivation that predicts. Returns whether it holds.
+        ``relative=False`` uses the absolute error. Numbers may be complex; NaN fails. ``source``
+        names the equation or derivation of the prediction. Returns whether the check holds.
         """
         expected, found = _number(predicted), _number(measured)
         error = abs(found - expected)
@@ -149,11 +147,11 @@ class Recorder:
         *,
         source: str,
     ) -> bool:
-        """|measured − stated| ≤ tolerance · |stated|: a known difference is as large as it was.
+        """|measured − stated| ≤ tolerance · |stated|: a known difference has its stated size.
 
-        For a misprint or a defect elsewhere: ``measured`` is its size, or the factor by which the
-        other is off. It fails when the difference has gone as much as when it has grown. A
-        difference of nothing, or a tolerance of 1 or more, would pass without one: ValueError.
+        For a misprint or a defect elsewhere: ``measured`` is its size, or the factor of the error.
+        The check fails if the difference grows, and if it disappears. Raises ValueError if
+        ``stated`` is 0 or the tolerance is 1 or more: it would pass without a difference.
         """
         expected, found = _number(stated), _number(measured)
         if expected == 0 or not tolerance < 1:
@@ -172,7 +170,7 @@ class Recorder:
         least: float | None = None,
         source: str,
     ) -> bool:
-        """least ≤ measured ≤ most, for slopes, counts and ratios; the error is what is too much."""
+        """least ≤ measured ≤ most, for slopes, counts and ratios; the error is the excess."""
         if most is None and least is None:
             raise ValueError(f"{name}: needs the most or the least that is allowed")
         found = float(measured)
@@ -188,11 +186,11 @@ class Recorder:
     def shortfall(
         self, name: str, measured: SupportsFloat, *, asked: float, reached: float, source: str
     ) -> bool:
-        """reached/2 ≤ measured ≤ 2·reached: a bar of ``asked`` is missed by as much as stated.
+        """reached/2 ≤ measured ≤ 2·reached: a target of ``asked`` is missed by as much as stated.
 
-        For seconds and ratios of them. ``reached`` is what was measured when the bar was given up,
-        and ``source`` says why. Fails where it has become worse, and where it has become so much
-        better that the statement is out of date. ValueError if ``reached`` is the bar itself.
+        For times and ratios of times. ``reached`` is the value measured when the target was given
+        up; ``source`` gives the reason. The check fails if the value becomes worse, or so much
+        better that the statement is out of date. Raises ValueError if ``reached`` is the target.
         """
         if reached == asked:
             raise ValueError(f"{name}: {reached} meets the bar of {asked}")
@@ -204,14 +202,14 @@ class Recorder:
     def benchmark(
         self, name: str, ours: float, theirs: float, *, what: str, unit: str = "s"
     ) -> None:
-        """What a task costs here and elsewhere, in ``unit``; ``what`` says which task and rival."""
+        """Record the cost of a task here and with a rival, in ``unit``; ``what`` describes both."""
         ratio = float(theirs) / float(ours) if ours else math.inf
         self.benchmarks.append(
             Benchmark(self.study, name, float(ours), float(theirs), ratio, what, unit)
         )
 
     def figure(self, name: str, figure: Figure, caption: str) -> None:
-        """Keep a matplotlib ``Figure`` (made without pyplot) for the report."""
+        """Add a matplotlib ``Figure`` (made without pyplot) to the report."""
         png = io.BytesIO()
         figure.savefig(png, format="png", dpi=DOTS_PER_INCH, bbox_inches="tight", pad_inches=0.08)
         self.pictures.append(Picture(name, caption, png.getvalue()))
@@ -224,7 +222,7 @@ class Recorder:
         caption: str,
         first_page: bool = False,
     ) -> None:
-        """Keep a table for the report; every row has one entry a column."""
+        """Add a table to the report; every row has one entry per column."""
         entries = tuple(tuple(_cell(entry) for entry in row) for row in rows)
         for row in entries:
             if len(row) != len(columns):
@@ -234,16 +232,16 @@ class Recorder:
         )
 
     def text(self, markdown: str) -> None:
-        """A paragraph of the report, in Markdown: what the study found."""
+        """Add a paragraph to the report, in Markdown."""
         self.paragraphs.append(markdown)
 
     def step(self, description: str) -> None:
-        """Say what the study does next."""
+        """Announce the next step of the study."""
         if self._listener:
             self._listener.stepped(description)
 
     def fail(self, name: str, reason: str) -> None:
-        """Take down that the study itself went wrong: a check that nothing fails, failed."""
+        """Record that the study itself failed."""
         self._add(name, "check", 0.0, 1.0, 1.0, 0.0, reason)
 
     def _add(
@@ -277,7 +275,7 @@ class Recorder:
 
 
 def _number(value: SupportsComplex | SupportsFloat) -> Value:
-    """A float, or a complex number if the type is one; arrays of one number count as numbers."""
+    """The value as float, or as complex if its type is complex; arrays of size 1 too."""
     if getattr(value, "dtype", None) is not None:
         value = value.item()  # type: ignore[union-attr]
     return value if isinstance(value, complex) else float(value)  # type: ignore[arg-type]

@@ -1,7 +1,7 @@
-"""The studies by name, in the order of the report; each is imported when it is run.
+"""The studies by name, in the order of the report; each is imported when it runs.
 
-A study is a module with a docstring that states its question and where the answer comes from, and
-a function ``study(recorder)``. Adding one is adding a row here.
+A study is a module with a function ``study(recorder)``. Its docstring states the question and the
+source of the answer. To add a study, add a row here.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from validation.report.style import STYLE
 
 @dataclass(frozen=True)
 class Study:
-    """Where a study is, and the line it is announced with."""
+    """Module and title of a study."""
 
     module: str
     title: str
@@ -50,14 +50,15 @@ STUDIES: dict[str, Study] = {
         "Effects: what a plan says of each, and what a tolerance leaves out",
     ),
     "hard_cases": Study(
-        "validation.hard_cases.run", "Hard cases: how each ends, and what completes holds its laws"
+        "validation.hard_cases.run",
+        "Hard cases: how each ends, and what completes holds its laws",
     ),
 }
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """A study that has been run: what it took down, how long it took and what stopped it."""
+    """Result of a study: its records, its time in seconds, and the error that stopped it, or ""."""
 
     recorder: Recorder
     seconds: float
@@ -69,14 +70,14 @@ class Outcome:
 
 
 def run_study(name: str, *, quick: bool = False, listener: Listener | None = None) -> Outcome:
-    """Run one study to its end; an exception becomes a failed check, with its message."""
+    """Run one study; an exception becomes a failed check with its message."""
     recorder = Recorder(name, quick=quick, listener=listener)
     begin, error = time.perf_counter(), ""
     try:
         from matplotlib import rc_context, rcdefaults, rcParams
 
         with rc_context():
-            rcdefaults()  # a report looks alike whatever the settings of who makes it
+            rcdefaults()  # figures do not depend on the settings of the user
             rcParams.update(STYLE)
             importlib.import_module(STUDIES[name].module).study(recorder)
     except Exception as stop:

@@ -1,8 +1,8 @@
 """One thread for everything: kernels of numba, loops of PyStokes (OpenMP), OpenBLAS.
 
-Two threads that wait for each other are as late as the one that was kept waiting. On a machine of
-two cores that has other things to do, OpenBLAS factorises a matrix of 384 columns a hundred times
-slower with two threads than with one, and PyStokes sums two spheres ten times slower.
+Two threads that wait for each other are as slow as the slower one. On a busy machine of two cores,
+OpenBLAS factorises a matrix of 384 columns a hundred times slower with two threads than with one,
+and PyStokes sums two spheres ten times slower.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Let each of the libraries above use one thread, where it is found."""
+    """Limit each of these libraries to one thread, if it is loaded."""
     import numba
 
     with ExitStack() as stack:
@@ -30,7 +30,7 @@ Pool = tuple[Callable[[], int], Callable[[int], object]]
 
 
 def _openmp() -> Iterator[Pool]:
-    """GNU's OpenMP, with which PyStokes and numba share their loops."""
+    """GNU OpenMP, which runs the parallel loops of PyStokes and numba."""
     try:
         library = ctypes.CDLL("libgomp.so.1")
     except OSError:
@@ -39,7 +39,7 @@ def _openmp() -> Iterator[Pool]:
 
 
 def _openblas() -> Iterator[Pool]:
-    """Every OpenBLAS of this process: NumPy and SciPy bring one each, with names of their own."""
+    """Every OpenBLAS of this process: NumPy and SciPy each ship one, with names of its own."""
     maps = Path("/proc/self/maps")
     lines = maps.read_text().splitlines() if maps.exists() else []
     for path in sorted({line.split()[-1] for line in lines if "openblas" in line}):

@@ -1,8 +1,8 @@
 """Scenes of uniform chains in the paper's units, for studies of plane waves.
 
-a = η = 1 and d = 10 unless changed, μ = γ_T d². In the beam limit λ is 1e14, so far above all other
-moduli that bending waves are as if it were infinite, and where only the rate of the slip is asked
-for, bend and twist are left out.
+a = η = 1 and d = 10 unless changed, μ = γ_T d². In the beam limit λ = 1e14, which is effectively
+infinite for bending waves. Scenes that measure the rate of the slip alone have no bend and twist
+modulus.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ BENDING = {"elasticity.stretch": 1e14, "elasticity.shear": 1e14}
 """The beam limit."""
 
 LIMP = BENDING | {"elasticity.bend": 0.0, "elasticity.twist": 0.0}
-"""The beam limit, without resistance to bending: rates of the slip alone."""
+"""The beam limit without bending and twisting stiffness: rates of the slip alone."""
 
 FLUID = {f"elasticity.{name}": 0.0 for name in ("stretch", "shear", "bend", "twist")}
-"""No springs at all."""
+"""No elasticity."""
 
 
 def uniform_chain(slip: Mapping[str, float], changes: Mapping[str, Any] = BENDING) -> Scene:
@@ -39,7 +39,7 @@ def uniform_chain(slip: Mapping[str, float], changes: Mapping[str, Any] = BENDIN
 
 
 def scaled(label: str, radius: float = 1.0) -> float:
-    """The strength at which a mode of spheres of this radius has the rates of a = 1."""
+    """The strength that gives a mode the same rates at this radius as at a = 1."""
     return STRENGTHS[label] / radius ** RADIUS_POWERS[label]
 
 

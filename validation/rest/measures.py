@@ -1,4 +1,4 @@
-"""What a straight chain exerts on itself: the paper's equations, and two ways to measure it."""
+"""Stress and velocity of a straight chain: the paper's equations, and two ways to measure them."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ COUNT = 16
 class Resting:
     """A quantity of the chain at rest: number · γ V a^p / d^n, for nearest neighbours.
 
-    ``stress`` tells what one side of the chain exerts on the other from the total on one sphere
-    over d; ``turning`` tells torques from forces. With k neighbours a side it is multiplied by
-    Σ_{m ≤ k} m^−``decay``. ``power`` is p. The sign is that of the pair laws, a stress being what
-    the side at larger x exerts.
+    ``stress``: True for what one side of the chain exerts on the other, False for the total on one
+    sphere over d. ``turning``: True for torques, False for forces. ``power`` is p. With k
+    neighbours on each side the quantity is multiplied by Σ_{m ≤ k} m^−``decay``. The sign is that of
+    the pair laws; a stress is what the side at larger x exerts.
     """
 
     name: str
@@ -56,16 +56,16 @@ class Resting:
 
     @property
     def seen(self) -> str:
-        """What a simulated chain shows of it: itself, or the velocity it gives the chain."""
+        """Symbol of the quantity that a simulated chain shows: the stress, V₀ or Ω₀."""
         return self.name if self.stress else "Ω₀" if self.turning else "V₀"
 
     @property
     def drag(self) -> float:
-        """The quantity over what a simulated chain shows: 1, Γ_T or Γ_R."""
+        """The quantity divided by the one that a simulated chain shows: 1, Γ_T or Γ_R."""
         return 1.0 if self.stress else (8 * pi if self.turning else 6 * pi) / SPACING
 
     def factor(self, reach: int) -> float:
-        """Σ_{m ≤ k} m^−s: what k neighbours a side exert on a long chain, over the nearest."""
+        """Σ_{m ≤ k} m^−s: k neighbours on each side of a long chain, over nearest neighbours."""
         return float(np.sum(np.arange(1.0, reach + 1) ** -self.decay))
 
     def across(self, half: int) -> float:
@@ -93,8 +93,8 @@ def exerted(
 ) -> float:
     """The resting quantity of a straight chain over V, from the pair forces.
 
-    A stress is the sum over one half of the chain of what the slip of the other half exerts there;
-    a total is that on the sphere in the middle, over d.
+    A stress is the sum, over one half of the chain, of what the slip of the other half exerts.
+    A total is that on the middle sphere, over d.
     """
     law = RESTING[label]
     count = 2 * half + (not law.stress)
@@ -130,7 +130,7 @@ def _run(label: str, strength: float, reach: Reach, ends: str, end: float) -> nr
 
 
 def sprung(label: str, strength: float, reach: Reach) -> float:
-    """What balances the springs of a free chain come to rest, across its middle."""
+    """Minus the elastic force or torque across the middle of a free chain at rest."""
     law = RESTING[label]
     trajectory = _run(label, strength, reach, "free", 20.0 if law.turning else 1.0)
     moduli = trajectory.scene.moduli

@@ -1,12 +1,13 @@
 """What does a straight chain exert on itself, and how fast does it swim and spin?
 
-Every sphere sits in its neighbours' flow. By symmetry the forces of 2s and the torques of 3a cancel
-on each sphere and leave a prestress and a pre-moment; those of 3t and 4a add up and move the chain.
-The answers' source is the paper, Eqs. (2s_prestress), (3a_pretorque), (3t_pre_force), (3t_vel),
-(4a_pre_torque) and (4a_ang_vel), for nearest neighbours; beyond, each gains a sum over places.
+Every sphere is in the flow of its neighbours. By symmetry the forces of 2s and the torques of 3a
+cancel on each sphere and leave a prestress and a pre-moment. Those of 3t and 4a add up and move the
+chain. Source: the paper, Eqs. (2s_prestress), (3a_pretorque), (3t_pre_force), (3t_vel),
+(4a_pre_torque) and (4a_ang_vel), for nearest neighbours. Longer reaches multiply them by a sum over
+neighbours.
 
-Each is measured twice: on a straight chain from the pair forces, and on a chain that was simulated
-until it came to rest, where its own springs are the balance.
+Each quantity is measured twice: from the pair forces on a straight chain, and from the elastic
+forces of a chain simulated until it is at rest.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from validation.rest.measures import (
 EXACT = 1e-11
 STRENGTHS = {"2s": 100.0, "3a": 5000.0, "3t": 1000.0, "4a": 10000.0}
 Series = dict[str, tuple[list[float], list[float]]]
-"""Strengths and what simulated chains show, by mode."""
+"""Strengths, and the values measured on simulated chains, by mode."""
 
 
 def study(recorder: Recorder) -> None:
@@ -110,7 +111,7 @@ def _logarithm(recorder: Recorder) -> None:
 
 
 def _simulated(recorder: Recorder, label: str, law: Resting, strength: float) -> float:
-    """What a simulated chain shows with nearest neighbours: its stress, or its velocity."""
+    """Stress or velocity of a simulated chain with nearest neighbours."""
     measured = sprung(label, strength, 1) if law.stress else steady(label, strength, 1, "periodic")
     moving = {"3t": "3t_vel", "4a": "4a_ang_vel"}
     value = f"{strength:g}".replace("-", "−")
@@ -118,7 +119,7 @@ def _simulated(recorder: Recorder, label: str, law: Resting, strength: float) ->
         f"simulated: {law.seen} of {label}, V = {value}",
         law.nearest() * strength / law.drag,
         measured,
-        # The prestress stretches the springs that weigh it, by a millionth of d.
+        # the prestress stretches the bonds that measure it by a millionth of d
         1e-5 if law.stress else 1e-7,
         source=f"Eq. ({moving.get(label, law.equation)})",
     )
@@ -126,7 +127,7 @@ def _simulated(recorder: Recorder, label: str, law: Resting, strength: float) ->
 
 
 def _simulated_beyond(recorder: Recorder, label: str, law: Resting) -> None:
-    """Longer reaches, and free chains, whose end spheres miss half their neighbours."""
+    """Longer reaches, and free chains, whose end spheres have half the neighbours."""
     strength = STRENGTHS[label]
     nearest = law.nearest() * strength / law.drag
     if law.stress:
@@ -161,15 +162,15 @@ def _show(recorder: Recorder, series: Series) -> None:
         _strength_figure(series),
         "The chain at rest against the strength of its slip, nearest neighbours, a = η = 1, "
         f"d = 10: simulated chains of {COUNT} spheres (symbols), the paper (dashed; the pre-moment "
-        "with its sign turned). Prestress and pre-moment are read from the springs of a free "
-        "chain, V₀ and Ω₀ from a periodic one.",
+        "with the opposite sign). Prestress and pre-moment are measured by the elastic forces of a "
+        "free chain, V₀ and Ω₀ on a periodic one.",
     )
     recorder.figure(
         "reach",
         _reach_figure(),
         "The same quantities when every sphere acts on k neighbours a side, over nearest "
         "neighbours: from the forces on a straight chain (symbols) and the sums of 1/mˢ (lines). "
-        "All converge to a zeta value but the prestress, which grows as a logarithm.",
+        "All but the prestress converge to a zeta value; the prestress grows as a logarithm.",
     )
     rows = []
     for label, law in RESTING.items():
@@ -191,26 +192,26 @@ def _show(recorder: Recorder, series: Series) -> None:
         ["Mode", "Quantity", "Paper, nearest", "V", "Predicted", "Simulated", "All pairs"],
         rows,
         "a = η = 1, d = 10. Pre-force and pre-torque are Γ_T V₀ and Γ_R Ω₀ of the simulated chain. "
-        "The pre-moment has the sign of the pair law, against the paper's. The last column is the "
-        "factor by which all pairs of an endless chain change the value of nearest neighbours.",
+        "The pre-moment has the sign of the pair law, opposite to the paper's. The last column is "
+        "the value with all pairs of an endless chain over that with nearest neighbours.",
     )
 
 
 def _findings(recorder: Recorder) -> None:
     recorder.text(
-        "The straight chain is as the paper says for nearest neighbours, with one sign: in the "
-        "convention that gives the printed prestress of 2s (what the side at larger x exerts on "
-        "the other), the **pre-moment of 3a is −13a³γ_R V/12d⁴**. The paper prints it positive. "
-        "Matching the linear response does not fix that sign: the pre-moment stands there with a "
-        "modulus that is fitted along with it."
+        "For nearest neighbours the straight chain agrees with the paper, except for one sign. In "
+        "the convention of the printed prestress of 2s (what the side at larger x exerts on the "
+        "other), the **pre-moment of 3a is −13a³γ_R V/12d⁴**. The paper prints it positive. The "
+        "linear response does not fix that sign: there the pre-moment is added to a modulus that "
+        "is fitted."
     )
     law = RESTING["3t"]
     close = next(k for k in range(1, HALF) if law.factor(k) > 0.99 * zeta(law.decay))
     recorder.text(
-        "With all pairs the **prestress of 2s has no limit**: m pairs of m-th neighbours reach "
-        "across a cut, each with a force of 1/m², and the sum grows as ln N. The others tend to "
-        "ζ(3), ζ(3) and ζ(5) times the value of nearest neighbours, and are within 1 % of that "
-        f"limit with {close} neighbours a side."
+        "With all pairs the **prestress of 2s has no limit**: m pairs of m-th neighbours lie "
+        "across a cut, each with a force ∝ 1/m², and the sum grows as ln N. The others tend to "
+        "ζ(3), ζ(3) and ζ(5) times the value of nearest neighbours. With "
+        f"{close} neighbours on each side they are within 1 % of that limit."
     )
 
 
