@@ -214,7 +214,7 @@ def _ring(axes: Axes, x: float, y: float) -> None:
 
 
 def _squares(axes: Axes, choices: Iterable[tuple[float, float, str]]) -> None:
-    """Mark the cheapest choices; a point that serves several levels carries all their names."""
+    """Mark the cheapest choices; a point lists the names of all targets that it meets."""
     names: dict[tuple[float, float], list[str]] = {}
     for x, y, text in choices:
         names.setdefault((x, y), []).append(text)

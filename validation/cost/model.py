@@ -4,12 +4,12 @@
 printed slips, whose far fields are the pair laws, to convergence. Held against it are the levels of
 the simulation, in three settings:
 
-- two spheres, one of which has slip: what a pair law leaves out, the response of the other;
-- five on an arc, all with the slip of one mode: besides, the recoil. The flow of a sphere induces
-  a stresslet in its neighbour, which acts back at (a/r)³ relative to the law itself, and whatever
-  is more exact in the pair law alone cannot help beyond that;
-- the same five without slip, driven by the forces and torques of their bent chain: friction, each
-  sphere by itself or between all of them.
+- two spheres, one of which has slip: the error is the response of the other;
+- five on an arc, all with the slip of one mode: the recoil adds to the error. The flow of a sphere
+  induces a stresslet in its neighbour, which acts back at (a/r)³ relative to the pair law. A more
+  accurate pair law cannot reduce that error;
+- the same five without slip, driven by elastic forces and torques: friction of single spheres, or
+  between all of them.
 
 Errors are the largest error of a velocity over the largest velocity.
 """
@@ -121,7 +121,7 @@ def _orders(recorder: Recorder, pairs: Mapping[str, list[Case]], driven: list[Ca
 
 
 def _recoil(recorder: Recorder, cases: list[Case]) -> None:
-    """Finite size alone makes a chain of active spheres worse at close range."""
+    """At close range, finite size alone increases the error of a chain of active spheres."""
     by_distance = {case.distance: case.errors for case in cases}
     for distance, least, most in ((3.0, 1.1, 2.0), (10.0, 1.5, 3.0), (20.0, 0.6, 1.0)):
         errors = by_distance[distance]
@@ -135,12 +135,12 @@ def _recoil(recorder: Recorder, cases: list[Case]) -> None:
         for d in (3.0, 10.0, 20.0)
     )
     recorder.text(
-        "**What a finite size is worth.** Between two spheres of which one is active it takes the "
-        "error of 2s from second to sixth order. On a chain where all are active it helps only "
-        "where the chain is slender: the flow of each sphere induces a stresslet in its neighbours "
-        "which acts back on it, an error of third order that neither level has, and which happens "
-        f"to have the sign that makes up for some of the missing finite size. Velocities: {text}. "
-        "Within about 15 radii the leading order is the better choice, and it is the default."
+        "**Finite size.** Between two spheres of which one is active, finite size reduces "
+        "the error of 2s from second to sixth order. On a chain of active spheres it helps only "
+        "if the chain is slender. The flow of each sphere induces a stresslet in its neighbours, "
+        "which acts back: an error of third order at both levels. Its sign compensates part of the "
+        f"missing finite size. Velocities: {text}. Below about 15 radii the leading order has the "
+        "smaller error, and it is the default."
     )
 
 

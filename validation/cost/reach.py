@@ -1,9 +1,9 @@
-"""Slip that reaches 1, 2, 4, … neighbours, up to all pairs: what each further one is worth.
+"""Slip of 1, 2, 4, … neighbours, up to all pairs: the error and cost of each reach.
 
-Trajectories of the shipped scenes are held against the same scene with all pairs, as lengths over
-the longest path that a sphere takes. Growth rates and frequencies of bending waves come from the
-lattice operator of the endless chain, whose sums over all pairs are exact; the cost beside them is
-that of one right-hand side of a chain of 2048 spheres.
+Trajectories of the shipped scenes are compared with the same scene with all pairs; distances are
+divided by the longest path of a sphere. Growth rates and frequencies of bending waves come from the
+lattice operator of the endless chain, whose sums over all pairs are exact. Their cost is that of
+one right-hand side of a chain of 2048 spheres.
 """
 
 from __future__ import annotations
@@ -64,11 +64,10 @@ def compare(recorder: Recorder) -> None:
         "default, nearest neighbours. Squares: the least reach within 1 %, 0.1 % and 1e-6.",
     )
     recorder.text(
-        "**Reach.** Nearest neighbours are the model of the paper's theory, and no approximation "
-        "of all pairs to any useful accuracy: the error of the rates falls only as a power of the "
-        "reach k, as k⁻² for 2s and faster for the others, and a chain that buckles from noise "
-        "amplifies it until it buckles elsewhere. All pairs cost little more time than a few "
-        "neighbours on chains of tens of spheres, and leave little reason for anything between."
+        "**Reach.** Nearest neighbours are the model of the paper's theory. They do not "
+        "approximate all pairs: the error of the rates falls as k⁻² of the reach k for 2s and "
+        "faster for the others, and a chain that buckles from noise amplifies the error. On chains "
+        "of tens of spheres all pairs cost little more time than a few neighbours."
     )
 
 
@@ -117,7 +116,7 @@ def _mode(recorder: Recorder, label: str) -> list[Reached]:
 
 
 def _rate(label: str, reach: Reach) -> complex:
-    """Λ of the slip alone, without what the chain as a whole turns by."""
+    """Λ of the slip alone, without the rotation of the whole chain."""
     chain = uniform_chain({label: STRENGTHS[label]}, LIMP | {"slip.neighbours": reach})
     return complex(branch_rates(chain, np.array([PHASE]))[0])
 
@@ -125,7 +124,7 @@ def _rate(label: str, reach: Reach) -> complex:
 def _right_hand_sides(label: str, reaches: list[Reach], repeats: int) -> list[float]:
     """Median seconds of one evaluation of all twists, in turns and on one thread.
 
-    Threads wait for one another, and where something else has a core, they measure that.
+    With several threads, times would depend on other programs that run on the machine.
     """
     chains = [
         load_scene(

@@ -1,8 +1,8 @@
 """Tolerances from 1e-3 to 1e-11 for each integrator: global error against processor time.
 
-The reference of a scene is Radau IIA, whose error at equal tolerance is hundreds of times below
-that of backward differences, at 1e-12; its own error is below its distance from the same scheme
-at 1e-11, and CVODE at 1e-12, another method in other charts, is a second opinion.
+The reference of a scene is Radau IIA at 1e-12; at equal tolerance its error is hundreds of times
+below that of backward differences. Its own error is below its distance from the same scheme at
+1e-11. CVODE at 1e-12, another method in other charts, is an independent check.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def stepped(scene: Scene, scheme: str, tolerance: float) -> Scene:
 
 
 def compare(recorder: Recorder) -> None:
-    """Record the map of each scene, the bar on the defaults and what the schemes conserve."""
+    """Record the map of each scene, the accuracy of the defaults, and conserved quantities."""
     _defaults(recorder)
     names = ("buckling", "wave") if recorder.quick else tuple(SCENES)
     maps = []
@@ -52,13 +52,13 @@ def compare(recorder: Recorder) -> None:
         "Largest global error of a run (positions in radii or frames in radians, the larger) "
         "against its median processor time, for tolerances from 1e-3 (upper left) to 1e-11. Ring: "
         "the default. Squares: the cheapest setting within 1 %, 0.1 % and 1e-6 of a radius. Grey: "
-        "what the reference resolves.",
+        "error of the reference.",
     )
     _conserved(recorder)
 
 
 def work_precision(recorder: Recorder, name: str, scene: Scene) -> Map:
-    """Every scheme at every tolerance, side by side, and the checks on the reference."""
+    """Error and time of every scheme at every tolerance, and checks of the reference."""
     tolerances = TOLERANCES[::2] if recorder.quick else TOLERANCES
     scheme, tolerance = REFERENCE if not recorder.quick else ("radau", 1e-10)
     reference = simulate(stepped(scene, scheme, tolerance))
@@ -95,7 +95,7 @@ def work_precision(recorder: Recorder, name: str, scene: Scene) -> Map:
 
 
 def _defaults(recorder: Recorder) -> None:
-    """The bar: every shipped scene at the default tolerances, as it ships."""
+    """Error of every shipped scene at the default tolerances."""
     rows, worst = [], 0.0
     tolerance = 1e-8 if recorder.quick else 1e-9
     for name in scene_names():
@@ -127,8 +127,8 @@ def _defaults(recorder: Recorder) -> None:
          "Right-hand sides", "Jacobians"],
         rows,
         f"Largest global error over all spheres and snapshots of the shipped scenes with rtol = "
-        f"atol = 1e-7, against Radau IIA at {tolerance:g}; at most {BAR:g} is asked for. One run "
-        "each; seconds of processor time.",
+        f"atol = 1e-7, against Radau IIA at {tolerance:g}; the target is {BAR:g}. One run each; "
+        "seconds of processor time.",
         first_page=True,
     )  # fmt: skip
 
@@ -158,7 +158,7 @@ def _table(recorder: Recorder, maps: list[Map]) -> None:
 
 
 def _conserved(recorder: Recorder) -> None:
-    """A free passive chain: forces add up to nothing, so that its centre of mass rests."""
+    """Drift of the centre of mass of a free passive chain, Σ F = 0, and orthonormal frames."""
     recorder.step("conserved structure")
     scene = load_scene("passive", **{"chain.ends": "free", "elasticity.ratio": 1e7})
     rows, spin = [], load_scene("spiral-left", **{"run.end": 15.0})
@@ -188,7 +188,7 @@ def _conserved(recorder: Recorder) -> None:
         rows,
         "Drift of the centre of mass of a free passive chain over its run, and max |FFᵀ − 1| on "
         "that chain and on spiral-left over 17 turns. Frames are orthonormal by construction; the "
-        "centre rests to the tolerance, for the coordinates of a chart are not linear in it.",
+        "centre is at rest to the tolerance, because a chart is not linear in it.",
     )
 
 

@@ -1,6 +1,6 @@
-"""Effects chosen for a tolerance: is it met, and how near is the time to the least there is?
+"""Effects chosen for a tolerance: is it met, and how close is the time to the least possible?
 
-Times are those of the processor, on one thread: what else the machine does is not counted.
+Times are processor times on one thread.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ FACTOR = 2.0
 
 @dataclass(frozen=True)
 class Outcome:
-    """One scene: what was chosen, its error, and seconds of it, of the choice and of its rival.
+    """One scene: the choice, its error in radii, and times in seconds.
 
-    ``rival`` is the least time of all sets that meet the tolerance, ``full`` that of the full
-    model. ``work`` is the share of a right-hand side that the choice states, of what it has chosen
-    or of the cheapest set, over the one that is measured; nan where there is none to measure.
+    ``rival`` is the least time of all sets that meet the tolerance, ``full`` the time of the full
+    model. ``work`` is the share of the full right-hand side that the choice states, for its own set
+    or for the cheapest one, over the measured share; nan if it cannot be measured.
     """
 
     name: str
@@ -70,7 +70,7 @@ def compare(recorder: Recorder) -> None:
 
 
 def _left_to_choice(scene: Scene, tolerance: float) -> Scene:
-    """The scene with nothing said of its hydrodynamics, short enough that all models complete."""
+    """The scene with ``effects = "auto"``, short enough for all models to complete."""
     scene = load_scene(scene, **dict.fromkeys(CHOSEN))
     full = auto.full_scene(scene)
     scene = load_scene(scene, **{"run.end": completed(full).run.end})
@@ -113,7 +113,7 @@ def _outcome(name: str, scene: Scene) -> Outcome:
 
 
 def _stated_work(choice: auto.Choice, full: Scene, chosen: Scene) -> float:
-    """Share of the work of a right-hand side that is told, over the median of those measured."""
+    """Stated share of the work of a right-hand side, over the median of the measured shares."""
     told, less = choice.work, chosen
     if choice.forgone:
         told = choice.forgone.work
@@ -131,7 +131,7 @@ def _stated_work(choice: auto.Choice, full: Scene, chosen: Scene) -> float:
 
 
 def _sets(full: Scene) -> list[Fluid]:
-    """All combinations that are tried."""
+    """All combinations that the study tries."""
     whole, count = Fluid.of(full), full.chain.particles
     reaches = [r for r in REACHES if r < count - 1 or math.isinf(r)]
     sizes = sorted({whole.finite_size, False})
@@ -151,7 +151,7 @@ def _timed(scene: Scene, choice: auto.Choice | None = None) -> tuple[Trajectory,
 
 
 def _least(tasks: list[Callable[[], tuple[Trajectory, float]]]) -> list[float]:
-    """The least time of each, taken in turns."""
+    """The least time of each task; tasks take turns."""
     return np.min([[task()[1] for task in tasks] for _ in range(REPEATS)], axis=0).tolist()
 
 
@@ -162,7 +162,7 @@ def _error(run: Trajectory, reference: Trajectory) -> float:
 def _record(recorder: Recorder, found: list[Outcome]) -> None:
     met = [one.error <= one.tolerance for one in found]
     recorder.check(
-        "scenes in which effects chosen for a tolerance meet it",
+        "scenes in which the chosen effects meet the tolerance",
         len(found),
         sum(met),
         0.0,
@@ -171,40 +171,39 @@ def _record(recorder: Recorder, found: list[Outcome]) -> None:
     )
     slower = [one.chosen_seconds / one.rival for one in found]
     recorder.bound(
-        "run of the chosen effects over the cheapest that meet the tolerance, worst",
+        "time of the chosen effects over that of the cheapest set, worst",
         max(slower),
         most=FACTOR,
-        source=f"{len(found)} scenes; all combinations tried, least of {REPEATS} times each",
+        source=f"{len(found)} scenes; all combinations, least of {REPEATS} times each",
     )
     whole = [(one.chosen_seconds + one.choosing) / one.rival for one in found]
-    if not recorder.quick:  # whose few scenes are short beside any probe
+    if not recorder.quick:  # its few scenes are shorter than any probe
         recorder.bound(
-            "the same with the time of choosing, median",
+            "the same, including the time of the choice, median",
             float(np.median(whole)),
             most=FACTOR,
             source="a probe beside the full model",
         )
         recorder.bound(
-            "the same with the time of choosing, part within a factor of two",
+            "the same, including the time of the choice, fraction within a factor of two",
             float(np.mean(np.array(whole) <= FACTOR)),
             least=0.5,
-            source="no such claim is made in every case: the full model has to be looked at to be "
-            "left out",
+            source="not every scene: to leave the full model out, the choice has to evaluate it",
         )
     stated = np.abs(np.log([one.work for one in found if math.isfinite(one.work)]))
     recorder.bound(
-        "share of the work that is stated against the one measured, factor in the middle",
+        "stated share of the work over the measured one, median factor",
         float(np.exp(np.median(stated))) if len(stated) else math.nan,
         most=1.3,
-        source="processor time of a right-hand side, with all that comes with it, over runs",
+        source="processor time per right-hand side, over whole runs",
     )
     left = [one for one in found if one.choice.left_out]
     bounds = [one.error / one.choice.bound for one in left]
     recorder.bound(
-        "error over the bound that was stated, worst",
+        "error over the stated bound, worst",
         max(bounds, default=math.nan),
         most=1.25,
-        source=f"{len(left)} scenes in which something is left out",
+        source=f"{len(left)} scenes in which an effect is left out",
     )
     recorder.table(
         "Effects chosen for a tolerance",
@@ -220,14 +219,14 @@ def _record(recorder: Recorder, found: list[Outcome]) -> None:
             )
             for one in found
         ],
-        "Scenes left to effects = \"auto\", against the full model and against all combinations "
-        "of reach, finite size and friction; the cheapest is the quickest within the tolerance.",
+        "Scenes with effects = \"auto\", against the full model and all combinations of reach, "
+        "finite size and friction; the cheapest is the fastest that meets the tolerance.",
     )  # fmt: skip
     recorder.figure(
         "auto",
         _draw(found),
-        "Left: error of the chosen effects over the tolerance. Right: time over the cheapest that "
-        "meets it, of the run alone (dots) and with the choice (circles).",
+        "Left: error of the chosen effects over the tolerance. Right: time over that of the "
+        "cheapest set that meets it, of the run alone (dots) and with the choice (circles).",
     )
 
 

@@ -1,4 +1,4 @@
-"""What a plan says of each effect before a run, against the runs with it and without it."""
+"""Estimates of a plan before a run, against runs with and without each effect."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from validation.report.recorder import Recorder
 SCENES, QUICK_SCENES = 48, 3
 TIGHT = 1e-9
 NOISE = 10.0
-"""Differences below this many times the error of the run say nothing, nor do those that a plan
-does not resolve."""
+"""Differences count if they exceed this multiple of the error of the run, and the resolution of a
+plan."""
 
 TIMED = 8
-"""Scenes whose estimates are timed, beside the runs that they stand for."""
+"""Number of scenes whose estimates and runs are timed."""
 
 FINE = (estimate.SAMPLES - 1) * 2 ** (estimate.EARLY - 1) + 1
-"""Snapshots of the run whose velocities are compared: at all times that a probe is looked at."""
+"""Snapshots of the run whose velocities are compared: all times at which a probe samples."""
 
 FACTOR = 2.0
 
@@ -37,7 +37,7 @@ QUANTITIES = ("displacement", "turn", "velocity")
 
 @dataclass(frozen=True)
 class Case:
-    """One effect of one scene: each quantity as estimated, measured, and its noise."""
+    """One effect of one scene: estimated and measured quantities, and their noise."""
 
     seed: int
     effect: estimate.Estimate
@@ -47,7 +47,7 @@ class Case:
     stop_foreseen: bool | None
 
     def ratio(self, quantity: str) -> float | None:
-        """Estimated over measured; None where the latter is not above the noise."""
+        """Estimated over measured; None if the measured value is below the noise."""
         measured = self.measured[quantity]
         if not measured > self.noise[quantity]:
             return None
@@ -55,7 +55,7 @@ class Case:
 
 
 def compare(recorder: Recorder) -> None:
-    """Record estimates from whole probes, and from short ones, against the runs."""
+    """Record the estimates of plans against the runs."""
     cases: list[Case] = []
     planned = ran = replaced = 0.0
     count = QUICK_SCENES if recorder.quick else SCENES
@@ -73,7 +73,7 @@ def compare(recorder: Recorder) -> None:
 
 
 def _measure(seed: int, scene: Scene, told: estimate.Estimates) -> list[Case]:
-    """Run the scene with and without each effect, to the time each estimate is for."""
+    """Run the scene with and without each effect, to the time of each estimate."""
     ends: dict[float, tuple[Trajectory, float, float]] = {}
     whole = _run(scene, told.probed, TIGHT, FINE)
     cases = []
@@ -140,7 +140,7 @@ def _largest_velocity(scene: Scene, change: Change, run: Trajectory) -> float:
 
 
 def _foreseen(scene: Scene, one: estimate.Estimate, other: Trajectory) -> bool:
-    """Whether a stop that was foreseen happens, or a run completes for which none was."""
+    """Whether a predicted stop happens, or a run without a predicted stop completes."""
     if one.stops:
         other = simulate(load_scene(one.change.scene, **{"run.end": scene.run.end}))
     return (other.status != "completed") == bool(one.stops)
@@ -151,7 +151,7 @@ def _record(recorder: Recorder, scenes: int, cases: list[Case], cost: tuple[floa
         "scenes whose effects are estimated",
         scenes,
         least=QUICK_SCENES if recorder.quick else 40,
-        source="modes, mixes, lengths, ends and starts at random, seeds fixed",
+        source="random modes, mixes, lengths, ends and starts with fixed seeds",
     )
     rows = []
     for quantity in QUANTITIES:
@@ -167,7 +167,7 @@ def _record(recorder: Recorder, scenes: int, cases: list[Case], cost: tuple[floa
         )
     foreseen = [case.stop_foreseen for case in cases if case.stop_foreseen is not None]
     recorder.bound(
-        "effects without which, or with which, it is foreseen whether the run stops",
+        "fraction of effects for which the plan predicts whether the run stops",
         sum(foreseen) / len(foreseen),
         least=0.95,
         source=f"{len(foreseen)} effects",
@@ -191,7 +191,7 @@ def _record(recorder: Recorder, scenes: int, cases: list[Case], cost: tuple[floa
 
 
 def compare_growth(recorder: Recorder) -> None:
-    """Record the part of an effect in the growth rate of a wave, against simulated waves."""
+    """Record contributions of effects to the growth rate of a wave, against simulated waves."""
     cases = [
         ({"slip.2s": 100.0}, "slip.2s", None),
         ({"slip.2s": 100.0}, "slip.neighbours", "all"),
@@ -226,7 +226,7 @@ def compare_growth(recorder: Recorder) -> None:
         "Growth of waves",
         ["Effect", "N", "Lattice", "Simulated", "Ratio"],
         rows,
-        "Part of an effect in the growth rate of the longest wave of a periodic chain.",
+        "Contribution of an effect to the growth rate of the longest wave of a periodic chain.",
     )
 
 
@@ -242,7 +242,7 @@ def _ratios(cases: list[Case], quantity: str) -> list[float]:
 
 
 def _factor(ratio: float) -> float:
-    """How many times too large or too small; infinite for the wrong sign."""
+    """Factor by which the ratio differs from 1; infinite for the wrong sign."""
     return max(ratio, 1.0 / ratio) if ratio > 0.0 else math.inf
 
 

@@ -1,15 +1,15 @@
-"""Does a plan say what an effect will do, and does a choice by tolerance hold it?
+"""Does a plan predict what an effect does, and does a choice by tolerance meet the tolerance?
 
-Random chains with fixed seeds. Of each, every effect that it has is dropped and every one that it
-has not is added, by runs of their own at tight tolerance; what the ends of these runs are apart is
-held against what the plan said before. A difference counts if it is ten times the integrator's own
-error in the run of the scene, at the tolerance that the scene asks for.
+Random chains with fixed seeds. Each effect of a chain is dropped, and each effect that it lacks is
+added, in a run of its own at tight tolerance. The distance between the ends of the runs is compared
+with the estimate of the plan. A difference counts if it exceeds ten times the integrator's error in
+the run of the scene at its own tolerance.
 
-Growth rates are held against those of waves on periodic chains, simulated and fitted.
+Growth rates are compared with those of simulated waves on periodic chains.
 
-Then each scene leaves its hydrodynamics to ``effects = "auto"``: the run is held against that of
-the full model, and its time against those of all combinations of reach, finite size and friction,
-of which the cheapest that stays within the tolerance is the rival.
+Then each scene uses ``effects = "auto"``. Its run is compared with that of the full model, and its
+time with that of the cheapest combination of reach, finite size and friction that meets the
+tolerance.
 """
 
 from __future__ import annotations

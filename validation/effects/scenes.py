@@ -26,17 +26,17 @@ STRENGTHS = {
     "3t": (50.0, 1500.0),
     "4a": (300.0, 10000.0),
 }
-"""Least and most strength of each mode; the sign is random."""
+"""Least and largest strength of each mode; the sign is random."""
 
 SPINNING_END = 6.0
-"""Chains of 4a turn hundreds of times in the time that others take to bend."""
+"""End of runs with 4a, which turn hundreds of times in the time that others need to bend."""
 
 SNAPSHOTS = 129
 SHORTENED = 0.8
-"""A scene whose run stops is run to this part of the time it reached."""
+"""A scene whose run stops is run again to this fraction of the time reached."""
 
 LONG = (64, 160)
-"""Spheres of the long chains: least and most."""
+"""Least and largest number of spheres of the long chains."""
 
 
 def random_scene(seed: int) -> Scene:
@@ -69,7 +69,7 @@ def random_scene(seed: int) -> Scene:
 
 
 def long_scene(seed: int) -> Scene:
-    """A long chain, whose pairs cost more than its links, over a short time."""
+    """A long chain over a short time; its pairs cost more than its links."""
     random = np.random.default_rng([seed, 4044])
     label = tuple(STRENGTHS)[seed % len(STRENGTHS)]
     size = {"2s": 5.0, "3a": 300.0, "3t": 100.0, "4a": 200.0}[label]
@@ -89,7 +89,7 @@ def long_scene(seed: int) -> Scene:
 
 
 def _held(table: dict[str, Any]) -> Scene:
-    """The scene with bonds stiff enough for the beam limit."""
+    """The scene, with links stiff enough for the beam limit."""
     while True:
         scene = load_scene(table)
         if all(load.holds for load in _bond_loads(scene)) or table["elasticity.ratio"] > 1e11:
@@ -98,12 +98,12 @@ def _held(table: dict[str, Any]) -> Scene:
 
 
 def _bond_loads(scene: Scene) -> tuple[Load, Load]:
-    """What the links carry, or would with free ends as a bend grows."""
+    """Loads on the links, also those with free ends as a bend grows."""
     return bond_loads(scene, line_loads(load_scene(scene, **{"chain.ends": "free"})))
 
 
 def completed(scene: Scene, **changes: Any) -> Scene:
-    """The scene, ended before the time at which its run, or that with ``changes``, stops."""
+    """The scene, shortened until its run with ``changes`` completes."""
     for _ in range(5):
         run = simulate(load_scene(scene, **changes, **{"run.rtol": 1e-5, "run.atol": 1e-5}))
         if run.status == "completed":

@@ -17,7 +17,7 @@ STYLES: dict[tuple[str, Direction], tuple[str, str, str, str]] = {
     ("4a", "transverse"): ("--", "v", "0.5", "4a bending"),
     ("3t", "longitudinal"): (":", "D", "0.5", "3t along x"),
 }
-"""2s along x has the ratio of its bending waves, and is left out."""
+"""2s along x is left out: it has the same ratio as its bending waves."""
 
 READ_AT = 0.05
 
@@ -28,12 +28,12 @@ def draw(recorder: Recorder, runs: list[Run]) -> None:
         _ratio(runs),
         "Active rate with all pairs over that with nearest neighbours: lines, the lattice sums; "
         "symbols, simulated periodic chains; thin lines, the limits 3/2 − ln qd, 4/3 − ln qd and "
-        "ζ(3). The waves of 2s and 3a gain without end as they get longer.",
+        "ζ(3). The ratio of 2s and 3a grows without bound with the wavelength.",
     )
     recorder.figure(
         "neighbours",
         _neighbours(),
-        f"What k neighbours on either side miss of the active rate with all pairs, at qd = "
+        f"Relative error of the active rate with k neighbours on each side, at qd = "
         f"{READ_AT}. 2s and 3a turn down only where k covers a wavelength, "
         f"k ≈ {2 * np.pi / READ_AT:.0f}; beyond it the sums oscillate.",
     )

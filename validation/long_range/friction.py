@@ -1,4 +1,4 @@
-"""What friction between spheres changes: elasticity works through the fluid, slip does not.
+"""Friction between spheres changes elastic relaxation; it does not change the flows of slip.
 
 With K(q) the springs and μ(q) the mobility, Λ = w†Kw/w†μ⁻¹w of an unsheared wave w. To the leading
 order in qd that is the relaxation with one-body friction times
@@ -36,14 +36,14 @@ from validation.report.uniform_chains import (
 Array = NDArray[np.float64]
 
 MARGIN = 1.5
-"""Bound on what is left out of bending, in (a/d)² (qd)²: rotation and its coupling to the force."""
+"""Bound on the neglected terms of bending, in (a/d)² (qd)²: rotation and its coupling to force."""
 
 NAMES = {"2s": "growth rate", "3a": "growth rate", "3t": "wave", "4a": "rotation"}
 PHASES = np.array([1e-3, 0.02, 0.1, 0.3])
 
 
 def pairwise(reach: Reach = "all") -> dict[str, Any]:
-    """The changes of a scene that give it friction between spheres."""
+    """Changes of a scene: friction between spheres."""
     return {"friction.kind": "pairwise", "friction.neighbours": reach}
 
 
@@ -120,7 +120,7 @@ def _stated_values(recorder: Recorder) -> None:
 
 
 def _beside_slip(recorder: Recorder) -> None:
-    """In the beam limit the force that keeps a wave unsheared does flow, but to (a/d)²(qd)²."""
+    """In the beam limit the force that keeps a wave unsheared adds a flow of order (a/d)²(qd)²."""
     for label, name in NAMES.items():
         rates = [
             branch_rates(
@@ -162,7 +162,7 @@ def _periodic(recorder: Recorder) -> dict[str, list[tuple[float, float]]]:
 
 
 def _open_chain(recorder: Recorder) -> tuple[float, float]:
-    """The middle of a long open chain, until the ends are felt: no images, no period."""
+    """The middle of a long open chain, before the ends matter: no images, no period."""
     count, waves = 160, 20
     measured, phase = [], 0.0
     for friction in (pairwise(), {}):

@@ -1,11 +1,11 @@
-"""How much does it change that every sphere feels every other, and not its neighbours alone?
+"""What changes if every sphere feels all others, and not only its neighbours?
 
 For each mode, the active rate of a wave with all pairs over that with nearest neighbours, against
 qd: in closed form, as polylogarithms (:mod:`nrchain.rod.reach`); from the lattice operator; and
 from simulations of periodic chains with all their images. Then how many neighbours k are enough;
 what friction between the spheres adds; and what all of it does to the paper's buckling, coil, wave
 and spiral. The source of the answers is the pair laws: a flow at distance m d acts as at d, with
-its strength over a power of m and qd replaced by m qd.
+its strength divided by a power of m, and m qd in place of qd.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def lattice_ratio(
 
 
 def _closed_forms(recorder: Recorder) -> None:
-    """Closed forms are of leading order in a/d: exact on slender chains, and along x always."""
+    """Closed forms have leading order in a/d: exact for slender chains, and always along x."""
     phases = np.array([0.02, 0.1, 0.5, 1.5])
     for label, direction in WAVES:
         for reach in (2, 30, "all"):
@@ -107,7 +107,7 @@ def _closed_forms(recorder: Recorder) -> None:
 
 
 def _limits(recorder: Recorder) -> None:
-    """The logarithm of 2s and 3a, and ζ(3) of 3t and 4a, as the lattice operator has them."""
+    """The logarithm of 2s and 3a, and ζ(3) of 3t and 4a, on the lattice operator."""
     tiny = np.array([1e-3])
     logarithms: tuple[tuple[str, Direction, float], ...] = (
         ("2s", "transverse", 3 / 2),
@@ -160,7 +160,7 @@ def _limits(recorder: Recorder) -> None:
 
 
 def _neighbours_needed(recorder: Recorder) -> dict[tuple[str, str], list[int]]:
-    """k for each level: from the sums, and found again on the lattice operator."""
+    """k for each level: from the sums, and from the lattice operator."""
     needed: dict[tuple[str, str], list[int]] = {}
     phases = np.array([READ_AT])
     for label, direction in WAVES:
@@ -186,7 +186,7 @@ def _neighbours_needed(recorder: Recorder) -> dict[tuple[str, str], list[int]]:
 
 
 def _simulations(recorder: Recorder) -> list[Run]:
-    """Rates of periodic chains: passive, nearest neighbours and all pairs, one wave a chain."""
+    """Rates of periodic chains of one wave: passive, nearest neighbours and all pairs."""
     counts = (24, 64) if recorder.quick else (12, 16, 24, 32, 48, 64, 96, 128)
     runs = []
     for label, direction in WAVES:
@@ -265,7 +265,7 @@ def _table(recorder: Recorder, runs: list[Run], needed: dict[tuple[str, str], li
         ["Wave", "qd → 0", f"Sum, qd = {READ_AT}", "Lattice", "Simulated, at qd",
          *(f"k for {100 * level:g} %" for level in LEVELS)],
         rows,
-        "The active rate with all pairs over that with nearest neighbours, and how many neighbours "
-        f"k on either side come within 10 %, 1 % and 0.1 % of all pairs at qd = {READ_AT}.",
+        "Active rate with all pairs over that with nearest neighbours, and the number k of "
+        f"neighbours on each side within 10 %, 1 % and 0.1 % of all pairs at qd = {READ_AT}.",
         first_page=True,
     )  # fmt: skip

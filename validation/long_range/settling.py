@@ -1,10 +1,10 @@
-"""How far is friction between spheres from the exact one? Two spheres, pushed together or apart.
+"""How accurate is friction between spheres? Two spheres under equal or opposite forces.
 
 Rotne, Prager and Yamakawa keep the terms to (a/r)³. The exact answers: along the line of centres,
 the series in bispherical coordinates of Stimson and Jeffery (Proc. R. Soc. A 111, 110, 1926), for
 opposite forces of Brenner (Chem. Eng. Sci. 16, 242, 1961); across it, the resolved solution of the
-Stokes equations that the package has (:mod:`nrchain.hydrodynamics.resolved`), which the series
-check in turn. Far apart what is missing is −(15/4)(a/r)⁴ along and −(17/16)(a/r)⁶ across (Jeffrey
+Stokes equations in the package (:mod:`nrchain.hydrodynamics.resolved`), which the series check in
+turn. Far apart the error is −(15/4)(a/r)⁴ along and −(17/16)(a/r)⁶ across (Jeffrey
 and Onishi, J. Fluid Mech. 139, 261, 1984).
 """
 
@@ -105,9 +105,9 @@ def compare(recorder: Recorder) -> None:
         ["r/a", *columns],
         rows,
         "Velocity of two spheres under equal or opposite forces along or across their line of "
-        "centres, over that of one by itself; and the relative error of the Rotne–Prager–Yamakawa "
-        "mobilities. Opposed spheres nearly in contact are lubricated, which no pair mobility to "
-        "(a/r)³ knows; the springs of a chain push its spheres in opposite directions.",
+        "centres, over that of a single one; and the relative error of the Rotne–Prager–Yamakawa "
+        "mobilities. Pair mobilities to (a/r)³ do not include the lubrication of opposed spheres "
+        "near contact; elastic forces of a chain push its spheres in opposite directions.",
     )
     at_ten = distances.index(10.0)
     recorder.bound(
@@ -120,7 +120,7 @@ def compare(recorder: Recorder) -> None:
         "two spheres",
         _draw(distances, errors),
         "Error of the Rotne–Prager–Yamakawa mobilities for two spheres against their distance, and "
-        "what is known of it far apart.",
+        "its known limits far apart (lines).",
     )
 
 

@@ -28,8 +28,8 @@ class Resting:
 
     ``stress``: True for what one side of the chain exerts on the other, False for the total on one
     sphere over d. ``turning``: True for torques, False for forces. ``power`` is p. With k
-    neighbours on each side the quantity is multiplied by Σ_{m ≤ k} m^−``decay``. The sign is that of
-    the pair laws; a stress is what the side at larger x exerts.
+    neighbours on each side the quantity is multiplied by Σ_{m ≤ k} m^−``decay``. The sign is that
+    of the pair laws; a stress is what the side at larger x exerts.
     """
 
     name: str
