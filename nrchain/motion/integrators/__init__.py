@@ -1,4 +1,4 @@
-"""The integrators on offer, by the name that a scene gives as ``run.integrator``."""
+"""The integrators, by their names in ``run.integrator``."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ INTEGRATORS = {
     "radau": "nrchain.motion.integrators.radau:Radau",
     "scipy-bdf": "nrchain.motion.integrators.scipy_bdf:ScipyBdf",
 }
-"""Where each is; imported only when it is used."""
+"""The class of each, imported at first use."""
 
 
 def find_integrator(name: str) -> type[Integrator]:
     """The class of an integrator.
 
-    Raises :class:`~nrchain.errors.SceneError` for a name that is none, with those that are.
+    Raises :class:`~nrchain.errors.SceneError` with the known names for an unknown one.
     """
     check_integrator(name)
     module, _, attribute = INTEGRATORS[name].partition(":")
@@ -30,7 +30,7 @@ def find_integrator(name: str) -> type[Integrator]:
 
 
 def check_integrator(name: str) -> None:
-    """Refuse a name that is no integrator's, without importing any."""
+    """Raise SceneError for an unknown name, without importing an integrator."""
     if name in INTEGRATORS:
         return
     hint = did_you_mean(name, INTEGRATORS)

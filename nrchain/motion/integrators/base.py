@@ -1,4 +1,4 @@
-"""ẏ = f(t, y): what an integrator of the charted chain has to offer, and what it counts."""
+"""ẏ = f(t, y): the interface of integrators, and their counters."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class IntegrationError(Exception):
 
 
 class NotFinite(IntegrationError):
-    """The velocities are not finite at the beginning of a step, or on the way to its end."""
+    """The velocities are not finite at the start of a step or within it."""
 
     cause = Cause.NOT_FINITE
 
@@ -29,27 +29,26 @@ class NotFinite(IntegrationError):
 
 
 class Integrator(ABC):
-    """One step after another along the coordinates of a charted chain.
+    """ẏ = f(t, y): one step after another in the coordinates of a chain.
 
-    For implementers: ``start`` forgets all history; ``step`` takes one step of the integrator's
-    own choosing, returns the time reached and raises :class:`IntegrationError` when it cannot go
-    on; ``at`` interpolates within the last step, to an order the scheme states. Nothing outside
-    ``start`` may change what a step does, so that a run restarted at the same points, with the
-    same poses, repeats itself bit for bit.
+    For implementers: ``start`` discards all history. ``step`` takes one step of a length that the
+    integrator chooses, returns the time reached and raises :class:`IntegrationError` if it fails.
+    ``at`` interpolates within the last step. Only ``start`` may change the later steps: a run that
+    restarts at the same times with the same poses repeats itself bit for bit.
 
     Parameters
     ----------
     chain
         The ODE, with its Jacobian.
     end
-        Where the run is going: sets the scale of the first step, not its outcome.
+        End time of the run: sets the scale of the first step only.
     rtol, atol
         Tolerances per step, √mean((error/(``atol`` + ``rtol`` |y|))²) < 1; ``atol`` (dimension,) in
         the units of y.
     """
 
     name: str
-    """What scenes and reports call the scheme."""
+    """Name of the scheme in scenes and reports."""
 
     order: int
     """Highest order of its global error."""
@@ -63,7 +62,7 @@ class Integrator(ABC):
 
     @abstractmethod
     def start(self, time: float, y: np.ndarray) -> None:
-        """Begin at (time, y), with no history."""
+        """Start at (time, y), without history."""
 
     @abstractmethod
     def step(self) -> float:

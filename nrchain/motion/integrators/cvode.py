@@ -1,14 +1,14 @@
 """Σ_j α_j y_{n−j} = h β f(t_n, y_n): backward differences of order 1 to 5, by CVODE.
 
 CVODE chooses step and order. Its Newton systems (I − γJ) δ = r are solved by GMRES with the exact
-product Jδ and, as preconditioner, the banded factors of the part of J near the diagonal. With
-nearest neighbours the factors are those of the whole matrix and one iteration solves it; with
-all pairs a few more make up for what the band leaves out. Memory grows linearly with N in either
-case. Hindmarsh et al., ACM TOMS 31 (2005) 363.
+product Jδ. The preconditioner is the banded factors of the part of J near the diagonal. With nearest
+neighbours these are the factors of the whole matrix, and one iteration is enough; with all pairs a
+few more are needed. Memory grows linearly with N in both cases.
 
-The wrapper prints why CVODE fails, on the standard output of the whole process, and SUNDIALS warns
-there of steps that no longer advance the time. Neither comes to that: a step is given up before
-CVODE would give it up, and steps end while they still advance the time.
+CVODE would print errors and warnings to standard output. This class stops first: it gives up a step
+before CVODE does, and ends before steps fail to advance the time.
+
+Source: Hindmarsh et al., ACM TOMS 31 (2005) 363.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ KRYLOV_DIMENSION = 20
 """Upper bound on the iterations of one linear solve."""
 
 ATTEMPTS = 6
-"""Jacobians within one step at which it is given up. Every attempt after the first takes one, so
-that at most so many have failed; CVODE fails with the seventh error test (``MXNEF``) or the tenth
-Newton iteration. Scenes far beyond their beam limit take 3."""
+"""Jacobians within one step at which it is given up. Every attempt after the first computes one.
+CVODE itself fails at the seventh error test (``MXNEF``) or the tenth Newton iteration. Scenes far
+beyond their beam limit need 3."""
 
 LEAST_ADVANCE = 8.0
-"""Spacings of floating-point numbers that a step must advance the time by. A step that succeeds is
-followed by one of 0.4 of its length at least: the next advances it too."""
+"""Smallest advance of the time in a step, in spacings of floating-point numbers. The step after a
+successful one has at least 0.4 of its length, and advances the time too."""
 
 
 class Cvode(Integrator):
@@ -37,8 +37,8 @@ class Cvode(Integrator):
 
     name = "cvode"
     order = 5
-    # the first pole of R(z) is at 1 at order 1, and at 1 + … + 1/q at order q: what grows is damped
-    # beyond it, and grows faster than exp(z) below
+    # the first pole of R(z) is at 1 at order 1, and at 1 + … + 1/q at order q: growth is damped
+    # beyond it, and faster than exp(z) below it
     growth_limit = 1.0
 
     def __init__(self, chain: ChartedChain, end: float, rtol: float, atol: np.ndarray) -> None:
@@ -62,8 +62,8 @@ class Cvode(Integrator):
 
     def _prepare(self, t, y, ydot, jacobian_is_current, jacobian_is_new, gamma) -> None:
         # CVODE would keep an old Jacobian for up to 50 steps. A new one costs about as much as the
-        # factors that are made here in any case, and halves the steps of long stiff chains: where
-        # their bonds have turned meanwhile, what Newton leaves over passes for an error.
+        # factors computed here, and halves the number of steps of long stiff chains: with an old
+        # one, Newton's residual of rotated bonds counts as an error.
         jacobian_is_new[0] = 1
         self._jacobians += 1
         if self._jacobians == ATTEMPTS:
@@ -88,7 +88,7 @@ class Cvode(Integrator):
         self._solver.init_step(time, y)
 
     def _refuse_no_first_step(self, time: float, y: np.ndarray) -> None:
-        """CVODE's first step takes no coordinate farther than its tolerance: it may be 0."""
+        """Raise IntegrationError if CVODE's first step, bounded by the tolerance, would be 0."""
         slope = np.empty_like(y)
         self._rates(time, y, slope)
         with np.errstate(over="ignore"):
@@ -99,7 +99,7 @@ class Cvode(Integrator):
     def step(self) -> float:
         self._return_to_end()
         begin, self._jacobians = self._reached[0], 0
-        # the first step asks how far it is to the end, which rounding may have brought too near
+        # the first step needs a distance to the end that is not rounding
         towards = max(self.end, begin + 1e3 * np.spacing(begin))
         result = self._solver.step(towards, method="onestep")
         if not result.success:
@@ -121,7 +121,7 @@ class Cvode(Integrator):
         return result.y
 
     def _return_to_end(self) -> None:
-        """CVODE goes on from where it was last asked for y, which must be the end of its step."""
+        """Return CVODE to the end of its step after an interpolation."""
         if self._astray:
             self._solver.step(self._reached[0], method="normal")
             self._astray = False

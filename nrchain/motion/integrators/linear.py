@@ -1,9 +1,9 @@
 """(I − cJ) x = b for real and complex c: the linear systems of the implicit schemes.
 
-J is the Jacobian of the charted chain. What acts between near neighbours makes it banded, and it
-is factorised in its band. What reaches further fills it: it is then only ever multiplied by, and
-the systems are solved by GMRES with the factors of the band as preconditioner. Memory grows
-linearly with N in either case.
+J is the Jacobian of a chain in its coordinates. Interactions of near neighbours make it banded, and
+its band is factorised. Interactions of all pairs make it dense: only products with J are computed,
+and GMRES solves the systems with the factors of the band as preconditioner. Memory grows linearly
+with N in both cases.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from scipy.sparse.linalg import LinearOperator, gmres
 from nrchain.motion.charts import ChartedChain
 
 RESIDUAL = 1e-3
-"""What GMRES leaves of a preconditioned right-hand side. Newton's iteration, which asks for the
-solutions, leaves about as much with a Jacobian that is a few steps old."""
+"""Relative residual of GMRES, after preconditioning. Newton's iteration with a Jacobian of a few
+steps before has a similar error."""
 
 KRYLOV_DIMENSION = 40
 """Upper bound on the iterations of one linear solve."""
@@ -39,11 +39,11 @@ class Jacobian(Protocol):
         """Take J at (time, y)."""
 
     def shifted_inverse(self, scale: complex) -> Solve:
-        """b ↦ (I − scale · J)⁻¹ b, good until the next call with a scale of the same kind."""
+        """b ↦ (I − scale · J)⁻¹ b, valid until the next call with a scale of the same type."""
 
 
 class BandedJacobian:
-    """J that couples near neighbours only, factorised in its band."""
+    """J of near neighbours, factorised in its band."""
 
     def __init__(self, chain: ChartedChain) -> None:
         self._chain = chain
@@ -78,10 +78,10 @@ class BandedJacobian:
 
 
 class KrylovJacobian:
-    """J that couples all spheres: its exact products, and the factors of its band.
+    """J of all pairs: its exact products, and the factors of its band.
 
-    Residuals are measured after preconditioning, where they are errors of the solution, and in
-    ``units`` (dimension,) of the coordinates, of which only the ratios matter.
+    Residuals are measured after preconditioning, as errors of the solution, in ``units``
+    (dimension,) of the coordinates, of which only ratios have an effect.
     """
 
     def __init__(self, chain: ChartedChain, units: np.ndarray) -> None:
@@ -108,7 +108,7 @@ class KrylovJacobian:
         return solve
 
     def _product(self, vector: np.ndarray) -> np.ndarray:
-        """J · vector; of a complex vector, part by part."""
+        """J · vector, for real and complex vectors."""
         if np.iscomplexobj(vector):
             return self._product(vector.real.copy()) + 1j * self._product(vector.imag.copy())
         out = np.empty_like(vector)
@@ -117,5 +117,5 @@ class KrylovJacobian:
 
 
 def jacobian_of(chain: ChartedChain, units: np.ndarray) -> BandedJacobian | KrylovJacobian:
-    """The Jacobian of a chain by what acts between its spheres, with the units of y."""
+    """The banded or matrix-free Jacobian of a chain, with the units of y."""
     return BandedJacobian(chain) if chain.model.is_banded else KrylovJacobian(chain, units)

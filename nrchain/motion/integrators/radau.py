@@ -1,10 +1,10 @@
 """Y_i = h Σ_j a_ij f(t_n + c_j h, Y_j): Radau IIA of order 5, in a fresh chart at every step.
 
-L-stable, with three stages at c = (4 ∓ √6)/10 and 1. Every step begins at y = 0 of a chart about
-the poses reached, whose bases drift and spin as the chain does there: a Lie-group method, in
-which no coordinate grows and no chart becomes singular. The tangent of the Cayley map is the
-identity at y = 0, so that the Jacobian there is the derivative of the twists in the lab: it does
-not jump with the chart, and is kept from step to step while Newton's iteration converges fast.
+L-stable, with three stages at c = (4 ∓ √6)/10 and 1. Every step starts at y = 0 of a chart about
+the present poses, with bases that drift and spin as the chain does: a Lie-group method without
+large coordinates and without singular charts. At y = 0 the tangent of the Cayley map is the
+identity and the Jacobian is the derivative of the twists in the lab: it is continuous from chart to
+chart, and is reused while Newton's iteration converges fast.
 
 Hairer & Wanner, *Solving Ordinary Differential Equations II* (2nd ed., 1996), Sec. IV.8: the
 scheme, the error estimate and the control of the step; named constants are theirs.
@@ -33,10 +33,10 @@ from nrchain.motion.integrators.radau_stages import (
 
 SAFETY = 0.9
 SLOWEST, FASTEST = 0.2, 8.0
-"""What a step may be multiplied by to give the next."""
+"""Smallest and largest ratio of a step to the one before."""
 
 KEEP = 1.2
-"""A step that might grow by less than this stays, and with it the factors (Sec. IV.8, c_2)."""
+"""A step that could grow by less than this keeps its length and factors (Sec. IV.8, c_2)."""
 
 FRESH_JACOBIAN = 1e-3
 """Rate of Newton's iteration above which the next step takes a new Jacobian (Sec. IV.8, ϑ)."""
@@ -45,7 +45,7 @@ NEWTON_TOLERANCE = 0.03
 """Largest error of the stages, in units of the tolerance per step (Sec. IV.8, κ)."""
 
 PATIENCE = 50
-"""Newton iterations that a fixed step may take: it cannot be shortened."""
+"""Largest number of Newton iterations of a fixed step, which cannot be shortened."""
 
 SMALLEST_ERROR = 1e-2
 """Errors below this, in units of the tolerance, do not speed up the predictive controller."""
@@ -78,21 +78,21 @@ def _coordinates(order, base_positions, base_frames, positions, frames, out):
 class Radau(Integrator):
     """Radau IIA, 3 stages, order 5, on R³ × SO(3).
 
-    In a fresh chart y is what a sphere moves and turns in one step: ``rtol`` is relative to that,
-    and ``atol`` usually decides.
+    In a new chart y is the motion of a sphere in one step: ``rtol`` is relative to this motion, and
+    ``atol`` usually decides.
 
-    ``at`` evaluates the collocation polynomial: exact to O(h⁴) within a step, where its ends are
-    exact to O(h⁵) globally.
+    ``at`` evaluates the collocation polynomial: the error is O(h⁴) within a step and globally O(h⁵)
+    at its ends.
 
     Parameters
     ----------
     fixed_step
-        Take steps of this length whatever their error, to measure the order.
+        Take steps of this length for any error, to measure the order.
     """
 
     name = "radau"
     order = 5
-    # R(2) = 7.5 where exp(2) = 7.39: from there on R leaves it, to its pole at 3.64
+    # R(2) = 7.5 and exp(2) = 7.39: beyond, R departs from exp, up to its pole at 3.64
     growth_limit = 2.0
 
     def __init__(
@@ -156,9 +156,9 @@ class Radau(Integrator):
         return _WITHIN @ powers((time - self._begin) / self._length) @ self._stages
 
     def _move_base(self) -> None:
-        """A chart about the poses reached; the last step's stages go over to it as ``_past``.
+        """Change to a chart about the present poses; ``_past`` are the last stages in it.
 
-        Only here, at the beginning of a step: until then ``at`` and the chain speak of the last.
+        Called at the start of a step: until then ``at`` and the chain refer to the last step.
         """
         chain, past = self.chain, self._past_poses()
         chain.rebase(self._time, *chain.poses(self._time, self._y))
@@ -169,7 +169,7 @@ class Radau(Integrator):
         self._fresh = False
 
     def _past_poses(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
-        """Times, positions and frames at which the last step began and had its inner stages."""
+        """Times, positions and frames of the start and the inner stages of the last step."""
         if self._stages is None:
             return []
         times = self._time + self._length * _PAST_NODES
@@ -194,7 +194,7 @@ class Radau(Integrator):
         return SAFETY / max((speed * rate**3) ** 0.25, SAFETY / self.end)
 
     def _attempt(self, step: float) -> Outcome:
-        """The stages of a step of this length, with a new Jacobian if the old one will not do."""
+        """The stages of a step of this length, with a new Jacobian if the old one fails."""
         outcome = self._solve_stages(step)
         if not outcome.converged and not self._fresh:
             self._linearise()
@@ -229,12 +229,12 @@ class Radau(Integrator):
         return max(size, 1e-10)
 
     def _growth(self, outcome: Outcome, error: float) -> float:
-        """The factor to the next step by its error and the work of Newton's iteration."""
+        """The ratio of the next step to this one, from its error and Newton's iterations."""
         work = (2 * ITERATIONS + 1) / (2 * ITERATIONS + outcome.iterations)
         return SAFETY * work * error**-0.25
 
     def _room_to_turn(self, y: np.ndarray) -> float:
-        """A quarter turn, where a run would leave the chart, over the largest turn of this step."""
+        """A quarter turn over the largest rotation in this step."""
         turn = math.atan(0.5 * self.chain.largest_turn(y))
         return math.atan(0.5 * TURN_LIMIT) / max(turn, EPSILON)
 

@@ -91,7 +91,7 @@ def _couple(real, pair, from_real, from_pair, change):
 
 @dataclass
 class Outcome:
-    """How a Newton iteration ended: its stages (3, dimension) if it converged, and its speed."""
+    """The result of a Newton iteration: stages (3, dimension) if it converged, and its rate."""
 
     stages: np.ndarray
     converged: bool
@@ -100,10 +100,10 @@ class Outcome:
 
 
 class StageSystem:
-    """The stages of one step after another, for one Jacobian and step at a time.
+    """Z = h (A ⊗ I) F(Z): solves for the stages of a step, with one Jacobian at a time.
 
-    ``solves`` counts the linear systems, real and complex ones alike; ``patience`` is the number
-    of Newton iterations that may be spent on a step.
+    ``solves`` counts the linear systems, real and complex; ``patience`` is the largest number of
+    Newton iterations of a step.
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class StageSystem:
         self.reset()
 
     def reset(self) -> None:
-        """Forget how fast earlier iterations converged."""
+        """Discard the convergence rate of earlier iterations."""
         self._rate, self._eta = 1.0, np.inf
 
     def factorise(self, step: float) -> None:
@@ -128,11 +128,11 @@ class StageSystem:
     def solve(
         self, time: float, guess: np.ndarray, scale: np.ndarray, tolerance: float, rounding: float
     ) -> Outcome:
-        """Iterate until what is left of Z is below ``tolerance``, in units of ``scale``.
+        """Iterate until the error of Z is below ``tolerance``, in units of ``scale``.
 
-        The rate of convergence θ says what is left: η ‖ΔZ‖ with η = θ/(1 − θ). Before it is known,
-        the last η stands in as η^0.8, and so is trusted less with every step that does not
-        measure it. Changes below ``rounding`` cannot be told from zero and end the iteration.
+        The error is η ‖ΔZ‖ with η = θ/(1 − θ), θ the rate of convergence. Before θ is known, the
+        last η^0.8 is used, which grows with every step without a measured rate. Changes below
+        ``rounding`` end the iteration.
         """
         stages, last = guess.copy(), 0.0
         self._eta = max(self._eta, np.finfo(float).eps) ** 0.8

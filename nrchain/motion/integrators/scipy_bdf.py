@@ -1,8 +1,8 @@
 """Σ_k γ_k ∇^k y_n = h f(t_n, y_n): backward differences of order 1 to 5, by SciPy.
 
 Quasi-constant steps with the modified formulas of Shampine and Reichelt (SIAM J. Sci. Comput. 18
-(1997) 1), written apart from CVODE: a second opinion on its results. J is exact. Where it is
-sparse, I − cJ is factorised by SuperLU; where all spheres act on all, it is never built.
+(1997) 1), independent of CVODE: a check of its results. J is exact. If J is sparse, SuperLU
+factorises I − cJ; if all pairs act, no matrix is built.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from nrchain.motion.integrators.base import IntegrationError, Integrator, NotFin
 from nrchain.motion.integrators.linear import KrylovJacobian, SingularMatrix, jacobian_of
 
 SMALLEST_RTOL = 100 * float(np.finfo(float).eps)
-"""What SciPy takes in place of any smaller relative tolerance."""
+"""Smallest relative tolerance that SciPy accepts."""
 
 
 class _Shift:
-    """Stands for J in the expression I − cJ, where all that is needed of it is c."""
+    """Replaces J in the expression I − cJ, of which only c is needed."""
 
     __array_ufunc__ = None
 
@@ -31,7 +31,7 @@ class _Shift:
 
 
 class _MatrixFree(BDF):
-    """SciPy's BDF with systems (I − cJ) x = b that are solved without their matrix."""
+    """SciPy's BDF with matrix-free systems (I − cJ) x = b."""
 
     def __init__(
         self,
@@ -58,7 +58,7 @@ class ScipyBdf(Integrator):
 
     name = "scipy-bdf"
     order = 5
-    # as of all backward differences: the pole of order 1
+    # the pole at order 1, as for all backward differences
     growth_limit = 1.0
 
     def __init__(self, chain: ChartedChain, end: float, rtol: float, atol: np.ndarray) -> None:
@@ -73,7 +73,7 @@ class ScipyBdf(Integrator):
         return out
 
     def start(self, time: float, y: np.ndarray) -> None:
-        # An infinite bound: the steps shall not depend on where the run ends.
+        # an infinite end: steps do not depend on the end of the run
         jacobian, tolerances = self._jacobian, {"rtol": self.rtol, "atol": self.atol}
         if isinstance(jacobian, KrylovJacobian):
             self._solver = _MatrixFree(self._rates, time, y, jacobian, **tolerances)
