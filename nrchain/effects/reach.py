@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from nrchain.effects.base import Cost
 from nrchain.effects.registry import register_effect
-from nrchain.effects.shared.endless import refuse_reach
+from nrchain.effects.shared.image_sums import refuse_reach
 from nrchain.effects.shared.slip_flow import (
     FlowEffect,
     active_modes,

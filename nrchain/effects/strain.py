@@ -16,7 +16,7 @@ import numpy as np
 from nrchain.effects.base import Cost, Effect
 from nrchain.effects.flow import Flow
 from nrchain.effects.registry import register_effect
-from nrchain.effects.shared.endless import refuse_reach
+from nrchain.effects.shared.image_sums import refuse_reach
 from nrchain.effects.shared.slip_flow import pairs_within, reach_text
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics.disturbance import Disturbance, Part

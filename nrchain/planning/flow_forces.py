@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from nrchain.effects.flow import Flow
-from nrchain.effects.shared.endless import net_forces, takes_all
+from nrchain.effects.shared.image_sums import net_forces, takes_all
 from nrchain.effects.strain import Strain
 from nrchain.scene.scene import Scene
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nrchain.effects.shared.endless import net_forces, takes_all
+from nrchain.effects.shared.image_sums import net_forces, takes_all
 from nrchain.errors import SceneError
 from nrchain.geometry.near_pairs import closest_pair
 from nrchain.motion.definiteness import is_cut, least_mobility

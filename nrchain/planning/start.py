@@ -131,7 +131,7 @@ def _refuse_turns(scene: Scene, frames: np.ndarray, given: str) -> None:
 
 def _refuse_indefinite(scene: Scene, positions: np.ndarray) -> None:
     """Refuse a cut of the friction between spheres that lets a passive chain gain energy."""
-    from nrchain.effects.shared.endless import takes_all
+    from nrchain.effects.shared.image_sums import takes_all
     from nrchain.motion.definiteness import DEFINITE, is_cut, least_mobility
 
     if not is_cut(scene):

@@ -36,7 +36,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nrchain.effects.shared.endless import has_sum
+from nrchain.effects.shared.image_sums import has_sum
 from nrchain.errors import SceneError
 from nrchain.inputs.arguments import finite_array
 from nrchain.scene.scene import Scene, load_scene, require_scene

@@ -57,7 +57,7 @@ class LineMobility:
     def waves(self, phases: np.ndarray) -> NDArray[np.complex128]:
         """Σ_m μ_m e^{imθ} (..., 6, 6), without a sphere's own mobility; 1/m is left out at θ = 0.
 
-        There the forces of waves add up to nothing.
+        At θ = 0 the forces of a wave sum to zero.
         """
         operator = np.zeros((*phases.shape, 6, 6), complex)
         for power, (right, left) in self.powers.items():

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from nrchain.effects.base import Effect
 from nrchain.effects.registry import acting
-from nrchain.effects.shared.endless import refuse_reach
+from nrchain.effects.shared.image_sums import refuse_reach
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics import slip_modes
 from nrchain.hydrodynamics.slip import Slip

@@ -1,9 +1,9 @@
 """Σ_j α_j y_{n−j} = h β f(t_n, y_n): backward differences of order 1 to 5, by CVODE.
 
 CVODE chooses step and order. Its Newton systems (I − γJ) δ = r are solved by GMRES with the exact
-product Jδ. The preconditioner is the banded factors of the part of J near the diagonal. With nearest
-neighbours these are the factors of the whole matrix, and one iteration is enough; with all pairs a
-few more are needed. Memory grows linearly with N in both cases.
+product Jδ. The preconditioner is the banded factors of the part of J near the diagonal. With
+nearest neighbours these are the factors of the whole matrix, and one iteration is enough; with all
+pairs a few more are needed. Memory grows linearly with N in both cases.
 
 CVODE would print errors and warnings to standard output. This class stops first: it gives up a step
 before CVODE does, and ends before steps fail to advance the time.
