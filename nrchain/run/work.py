@@ -1,11 +1,11 @@
 """T = Σ over the steps of a run of the processor time of its thread: what a run costs.
 
-The work of a run is counted first: steps, right-hand sides, Jacobians, solves. They are the same
-on every machine, however busy it is. The time that goes with them is that of the processor, of the
-one thread that integrates, step by step. Steps that take far longer per right-hand side than the
-median are those in which kernels are compiled or loaded: they are charged at the median. So one
-number is told before a run, by ``nrchain plan`` and ``nrchain cost``, and after it. Where pairs are
-summed on all cores, what the thread waits for the others is in it.
+The work of a run is a count first: steps, right-hand sides, Jacobians, solves. The counts are the
+same on every machine, however busy it is. The time of a run is the processor time of the thread
+that integrates. Steps that take far longer per right-hand side than the median are those in which
+kernels are compiled or loaded, and count at the median. ``nrchain plan`` and ``nrchain cost``
+therefore give the same number before a run as the run does afterwards. Where all cores share the
+sum over pairs, the time includes what the thread waits for the others.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from nrchain.trajectory.trajectory import Trajectory
 
 clock = time.thread_time
-"""Seconds that the calling thread has had of a processor."""
+"""Processor time of the calling thread, in seconds."""
 
 DEFINITION = (
     "processor time is that of the thread that integrates, for the steps of a run; compilation, "
@@ -34,22 +34,22 @@ DEFINITION = (
 )
 
 STRANGE = 10.0
-"""A step that takes this many times the median per right-hand side has compiled something. Steps
-with a Jacobian take up to 7 times the median, in every shipped scene."""
+"""A step that takes this many times the median per right-hand side has compiled a kernel. Steps
+with a Jacobian take up to 7 times the median in the shipped scenes."""
 
 LAPS = 1024
-"""Laps kept: where there are twice as many, neighbours are joined, and later ones are as long. What
-a compiled kernel adds to its lap is then left out, or is less than STRANGE/LAPS of the whole."""
+"""Laps kept. Twice as many are joined in pairs, and later laps are as long as these. What a
+compiled kernel adds to its lap is then left out, or is less than STRANGE/LAPS of the whole."""
 
 FEWEST_STEPS = 8
-"""Of fewer steps no median tells which of them compiled something: their time is not known."""
+"""In fewer steps the median cannot show which of them compiled a kernel: their time is unknown."""
 
-CARRIED = 10.0
-"""No run is carried on to more than this many times what was run of it."""
+LARGEST_FACTOR = 10.0
+"""No estimate extends a run to more than this many times the part that was run."""
 
 
 class Work(NamedTuple):
-    """What a run has done, by count."""
+    """The counted work of a run."""
 
     steps: int
     evaluations: int
@@ -62,7 +62,7 @@ class Work(NamedTuple):
         return cls(*(int(counters.get(name, 0)) for name in cls._fields))
 
     def words(self, least: float = 1.0, most: float = 1.0) -> str:
-        """The counts in words, or so many times them."""
+        """The counts in words, multiplied by ``least`` to ``most``."""
         names = "steps", "right-hand sides", "Jacobians", "solves"
         return ", ".join(
             f"{span(digits(least * count), digits(most * count))} {name}"
@@ -86,12 +86,12 @@ class Stopwatch:
         self._steps = self._width = 1
 
     def go(self) -> None:
-        """Begin, with what was counted so far left out."""
+        """Start the first lap."""
         self._since = clock()
 
     @contextmanager
     def paused(self) -> Iterator[None]:
-        """What is done meanwhile is not counted; nor is it where the watch is not going."""
+        """Stop the clock meanwhile, if it runs."""
         if math.isnan(self._since):
             yield
             return
@@ -102,7 +102,7 @@ class Stopwatch:
             self._since = clock()
 
     def lap(self, evaluations: int) -> None:
-        """End a lap at so many right-hand sides in all; one without any goes into the next."""
+        """End a lap at this total of right-hand sides; a lap without any is added to the next."""
         now = clock()
         self._open += now - self._since
         self._since = now
@@ -122,7 +122,7 @@ class Stopwatch:
 
     @property
     def seconds(self) -> float:
-        """Seconds of all laps, with the strange ones charged at the median."""
+        """Seconds of all laps; those that compiled a kernel count at the median."""
         if not self._laps:
             return 0.0
         spent, count = np.array(self._laps).T
@@ -134,15 +134,15 @@ def _joined(lap: tuple[float, int], other: tuple[float, int]) -> tuple[float, in
     return lap[0] + other[0], lap[1] + other[1]
 
 
-def carried(part: float, late: float) -> tuple[float, float] | None:
-    """Whole run over the part of it that was run: least and most; None where that is not known.
+def extrapolation_factors(part: float, late: float) -> tuple[float, float] | None:
+    """The cost of a whole run over that of the part run, least and most; None where it is unknown.
 
-    The rest is taken to go at the pace of the second half of what was run, which holds the part
-    ``late`` of its work, or at that of all of it; and no further than :data:`CARRIED` times.
+    The rest is assumed to proceed at the pace of the second half of what was run, which took the
+    fraction ``late`` of its work, or at the pace of all of it; up to :data:`LARGEST_FACTOR` times.
     """
     if part >= 1.0:
         return 1.0, 1.0
-    if part * CARRIED < 1.0:
+    if part * LARGEST_FACTOR < 1.0:
         return None
     rest, paces = 1.0 / part - 1.0, (1.0, 2.0 * late)
     return 1.0 + rest * min(paces), 1.0 + rest * max(paces)
@@ -150,7 +150,7 @@ def carried(part: float, late: float) -> tuple[float, float] | None:
 
 @dataclass(frozen=True)
 class RunCost:
-    """What was run of a scene took, and what all of it will take.
+    """What the part of a scene that was run has cost, and what the whole run will cost.
 
     Attributes
     ----------
@@ -172,40 +172,40 @@ class RunCost:
 
     @property
     def part(self) -> float:
-        """How much of the run was run."""
+        """The fraction of the run that was run."""
         return 1.0 if self.reached >= self.end else self.reached / self.end
 
     @property
     def factors(self) -> tuple[float, float] | None:
-        """The whole run over what was run, least and most; None where that is not known."""
-        return carried(self.part, self.late)
+        """The cost of the whole run over that of the part run, least and most, or None."""
+        return extrapolation_factors(self.part, self.late)
 
     @property
     def whole(self) -> tuple[float, float] | None:
-        """Seconds of the whole run, least and most; None where they are not known."""
+        """Seconds of the whole run, least and most; None where unknown."""
         if self.factors is None or 0 < self.work.steps < FEWEST_STEPS:
             return None
         least, most = self.factors
         return least * self.seconds, most * self.seconds
 
     def words(self) -> str:
-        """Work and time of the whole run, or why they are not known."""
+        """Work and time of the whole run, or why they are unknown."""
         if self.factors is None:
             return (
                 f"not known: {self.work.words()} reach t = {self.reached:.3g} of {self.end:.3g}, "
-                f"and nothing is carried on to more than {CARRIED:g} times what was run"
+                f"and no estimate extends a run to more than {LARGEST_FACTOR:g} times its part"
             )
-        told = self.work.words(*self.factors)
+        text = self.work.words(*self.factors)
         if self.whole is None:
-            return f"{told}; these are too few to tell their time"
-        told = f"{told} in {span(*map(digits, self.whole))} s of processor time"
+            return f"{text}; the time of so few steps is not known"
+        text = f"{text} in {span(*map(digits, self.whole))} s of processor time"
         if self.reached < self.end:
-            told += f", carried on from t = {self.reached:.3g} of {self.end:.3g}"
-        return told
+            text += f", extrapolated from t = {self.reached:.3g} of {self.end:.3g}"
+        return text
 
 
 def cost_of(trajectory: Trajectory, late: float = 0.5) -> RunCost:
-    """What a run has cost, from its counters; the rest is open where a budget has ended it."""
+    """What a run has cost, from its counters; the rest is estimated where a budget ended it."""
     reached, end = float(trajectory.time[-1]), trajectory.scene.run.end
     if trajectory.cause not in (None, Cause.BUDGET, Cause.INTERRUPTED):
         end = reached
@@ -216,7 +216,7 @@ def cost_of(trajectory: Trajectory, late: float = 0.5) -> RunCost:
 def medians(
     tasks: Sequence[Callable[[], object]], repeats: int, batches: Sequence[int]
 ) -> list[float]:
-    """Median seconds of one call of each task, of ``repeats`` batches of calls that take turns."""
+    """Median seconds of one call of each task, over ``repeats`` batches of calls in turn."""
     found: list[list[float]] = [[] for _ in tasks]
     for _ in range(repeats):
         for task, count, times in zip(tasks, batches, found, strict=True):

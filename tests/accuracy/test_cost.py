@@ -21,7 +21,7 @@ from nrchain.errors import SceneError
 from nrchain.geometry import lie
 from nrchain.planning.nominal_cost import evaluation_cost
 from nrchain.run import work
-from nrchain.run.work import CARRIED, RunCost, Work
+from nrchain.run.work import LARGEST_FACTOR, RunCost, Work
 from nrchain.trajectory.trajectory import Trajectory
 
 SMALL = load_scene("buckling", **{"chain.particles": 5, "run.end": 50.0, "chain.radius": 0.5})
@@ -172,7 +172,7 @@ def test_a_short_run_is_extrapolated_in_proportion_to_time():
     assert advice.known
 
 
-@pytest.mark.parametrize("part", [0.9 / CARRIED, 1.5e-5])
+@pytest.mark.parametrize("part", [0.9 / LARGEST_FACTOR, 1.5e-5])
 def test_of_a_part_too_small_nothing_is_carried_on(part):
     table = found(measured(1e-6, 1.0, 2.0), measured(2e-4, 0.1), reached=part * SMALL.run.end)
     advice = table.advise(1e-4)

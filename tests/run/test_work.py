@@ -16,7 +16,16 @@ from nrchain.accuracy.plan_effects import plan_effects
 from nrchain.accuracy.timing import predict_cost
 from nrchain.cli.app import app
 from nrchain.planning.nominal_cost import evaluation_cost
-from nrchain.run.work import CARRIED, LAPS, STRANGE, RunCost, Stopwatch, Work, carried, cost_of
+from nrchain.run.work import (
+    LAPS,
+    LARGEST_FACTOR,
+    STRANGE,
+    RunCost,
+    Stopwatch,
+    Work,
+    cost_of,
+    extrapolation_factors,
+)
 from nrchain.trajectory.writer import TrajectoryWriter
 
 SCENE = nrchain.load_scene(
@@ -110,26 +119,32 @@ def test_a_busy_processor_costs_no_more_than_its_slowness(slowness, spikes, late
 
 
 def test_the_rest_goes_at_the_pace_of_all_or_of_the_second_half():
-    assert carried(1.0, 0.1) == (1.0, 1.0)
-    assert carried(0.25, 0.25) == (2.5, 4.0)  # half the pace of all in the second half
-    assert carried(0.25, 0.75) == (4.0, 5.5)
-    assert carried(1.0 / CARRIED, 0.5) == (CARRIED, CARRIED)
+    assert extrapolation_factors(1.0, 0.1) == (1.0, 1.0)
+    assert extrapolation_factors(0.25, 0.25) == (
+        2.5,
+        4.0,
+    )  # half the pace of all in the second half
+    assert extrapolation_factors(0.25, 0.75) == (4.0, 5.5)
+    assert extrapolation_factors(1.0 / LARGEST_FACTOR, 0.5) == (
+        LARGEST_FACTOR,
+        LARGEST_FACTOR,
+    )
 
 
-@pytest.mark.parametrize("part", [0.99 / CARRIED, 1e-3, 1.5e-5, 0.0])
+@pytest.mark.parametrize("part", [0.99 / LARGEST_FACTOR, 1e-3, 1.5e-5, 0.0])
 def test_a_run_of_which_too_little_was_run_is_not_known(part):
     cost = RunCost(Work(500, 700, 90, 900), 0.05, part * 60.0, 60.0)
     assert cost.whole is None
     assert cost.factors is None
     assert cost.words().startswith("not known: 500 steps, 700 right-hand sides")
-    assert f"more than {CARRIED:g} times" in cost.words()
+    assert f"more than {LARGEST_FACTOR:g} times" in cost.words()
 
 
 def test_of_a_few_steps_the_work_is_told_and_the_time_is_not():
     cost = RunCost(Work(3, 5, 1, 8), 0.7, 60.0, 60.0)
     assert cost.whole is None
     assert cost.words() == (
-        "3 steps, 5 right-hand sides, 1 Jacobians, 8 solves; these are too few to tell their time"
+        "3 steps, 5 right-hand sides, 1 Jacobians, 8 solves; the time of so few steps is not known"
     )
 
 
@@ -234,10 +249,10 @@ def test_what_is_foretold_of_a_part_holds_for_the_whole():
         part = predict_cost(
             scene, allowed=0.3 * whole.work.evaluations * evaluation_cost(scene)
         ).cost
-    assert 1.0 / CARRIED < part.part < 0.5
+    assert 1.0 / LARGEST_FACTOR < part.part < 0.5
     least, most = part.whole
     assert least / 1.5 <= whole.seconds <= 1.5 * most
-    assert f"carried on from t = {part.reached:.3g} of 20" in part.words()
+    assert f"extrapolated from t = {part.reached:.3g} of 20" in part.words()
 
 
 def test_how_much_is_run_hangs_on_no_clock(monkeypatch):

@@ -9,7 +9,13 @@ from dataclasses import dataclass, field
 from nrchain.accuracy.cost.settings import LIMITS, Axis, Changes
 from nrchain.accuracy.timing import Measured
 from nrchain.errors import SceneError
-from nrchain.run.work import CARRIED, DEFINITION, FEWEST_STEPS, RunCost, carried
+from nrchain.run.work import (
+    DEFINITION,
+    FEWEST_STEPS,
+    LARGEST_FACTOR,
+    RunCost,
+    extrapolation_factors,
+)
 from nrchain.scene.scene import Scene
 from nrchain.wording import brief, digits, span
 
@@ -112,9 +118,9 @@ class WorkPrecision:
     def whole_run(self, measured: Measured) -> tuple[float, float] | None:
         """Processor time of the whole run in seconds (least, most); None if not known.
 
-        The range is that of the repetitions, extrapolated by :func:`nrchain.work.carried`.
+        The range is that of the repetitions, extrapolated by :func:`nrchain.work.extrapolation_factors`.
         """
-        factors = carried(self.part, measured.late)
+        factors = extrapolation_factors(self.part, measured.late)
         if factors is None or measured.work.steps < FEWEST_STEPS:
             return None
         least, most = factors
@@ -142,13 +148,13 @@ class WorkPrecision:
 
         The measured error must be below the target by the factor :data:`MARGIN`. Where the short
         runs end before the run does, their error is extrapolated in proportion to time. Where they
-        cover less than 1/:data:`nrchain.work.CARRIED` of the run, nothing is extrapolated: the
-        advice is for the part that they cover.
+        cover less than 1/:data:`nrchain.work.LARGEST_FACTOR` of the run, nothing is extrapolated:
+        the advice is for the part that they cover.
 
         Raises :class:`~nrchain.errors.SceneError` for a target that is not a number above 0.
         """
         check_target(target)
-        known = self.part * CARRIED >= 1.0
+        known = self.part * LARGEST_FACTOR >= 1.0
         floor, share = RESOLVED * self.reference_error, self.part if known else 1.0
         stepping = [point for point in self.points if point.axis == "stepping"]
         errors = [max(point.measured.error, floor) / share for point in stepping]
@@ -168,8 +174,8 @@ class WorkPrecision:
         if not known:
             yield (
                 f"not known for the whole run: the short runs cover {self.part:.2g} of it, and are "
-                f"extrapolated by no more than a factor of {CARRIED:g}; a larger --budget covers "
-                "more"
+                f"extrapolated by no more than a factor of {LARGEST_FACTOR:g}; a larger --budget "
+                "covers more"
             )
         if not error:
             yield "no two runs differ: the chain does not move"
