@@ -2,10 +2,10 @@
 
 The part of the poses in modes of one rate is δ = Σ_k v_k a_k, with W*V a = W*f/λ: f is the
 velocity, J δ, and the columns of V and W are the right and left eigenvectors of J at λ. Modes of
-one rate are taken together, as any mixture of them is as good: a chain that bends alike in all
-planes has two of each. Of chains too long for all eigenvalues those nearest to given rates are
-found, by the part of J near the diagonal: what spheres farther apart do to each other is not in
-them.
+one rate are taken together, because any mixture of them is a mode too: a chain that bends alike in
+all planes has two of each. For chains too long to compute all eigenvalues, those nearest to given
+rates are computed from the part of J near the diagonal, which omits what spheres farther apart do
+to each other.
 """
 
 from __future__ import annotations
@@ -17,28 +17,28 @@ import numpy as np
 from nrchain.motion.charts import ChartedChain
 
 DENSE = 130
-"""Coordinates up to which all eigenvalues are taken: 20 ms, where 400 would take a second."""
+"""Coordinates up to which all eigenvalues are computed: 20 ms; 400 would take a second."""
 
 NEAREST = 6
 """Eigenvalues found about each of the rates that matter on longer chains."""
 
 LADDER = (1.0, 4.0, 16.0)
-"""Where they are looked for beyond the fastest rate that steps follow, in units of it."""
+"""Rates about which they are computed, in units of the fastest rate that steps resolve."""
 
 ACROSS = 1e-3
 """A mode bends the chain if more than this part of it is neither along it nor a rigid motion."""
 
 FROZEN = 2.0
-"""Rates this many times that of the state which they are taken about are of that state."""
+"""Modes count as growing from a state if they are this many times as fast as it changes."""
 
 ALIKE = 1e-6
-"""Eigenvalues that differ by less than this part of them are one."""
+"""Eigenvalues that differ by less than this fraction count as one."""
 
 BESIDE = 1e-3
-"""How far from an eigenvalue its neighbourhood is inverted, as a part of it."""
+"""Distance from an eigenvalue at which J − σ is inverted, as a fraction of it."""
 
 POWER = 5
-"""How often it is."""
+"""How many times that inverse is applied."""
 
 TINY = float(np.finfo(float).tiny)
 

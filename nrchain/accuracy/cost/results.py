@@ -118,7 +118,8 @@ class WorkPrecision:
     def whole_run(self, measured: Measured) -> tuple[float, float] | None:
         """Processor time of the whole run in seconds (least, most); None if not known.
 
-        The range is that of the repetitions, extrapolated by :func:`nrchain.work.extrapolation_factors`.
+        The range is that of the repetitions, extrapolated by
+        :func:`nrchain.work.extrapolation_factors`.
         """
         factors = extrapolation_factors(self.part, measured.late)
         if factors is None or measured.work.steps < FEWEST_STEPS:
