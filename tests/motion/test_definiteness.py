@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import nrchain
-from nrchain.effects import definiteness
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics.friction import PairFriction
+from nrchain.motion import definiteness
 from nrchain.motion.definiteness import is_cut, least_mobility
 from nrchain.planning.start import starting_poses
 from nrchain.theory.straight_chain import StraightChain
