@@ -36,7 +36,9 @@ if TYPE_CHECKING:
     from nrchain.planning.description import describe
     from nrchain.run import work
     from nrchain.run.simulation import resume, simulate
-    from nrchain.scene.scene import Scene, load_scene, scene_names
+    from nrchain.scene.loading import load_scene
+    from nrchain.scene.scene import Scene
+    from nrchain.scene.toml import scene_names
     from nrchain.theory import lattice, rod
     from nrchain.theory.lattice import (
         Branch,
@@ -50,7 +52,7 @@ if TYPE_CHECKING:
     from nrchain.trajectory.trajectory import Trajectory
     from nrchain.view import effect_plots, plots
 
-# Public modules and names are imported when they are first used: `import nrchain` stays light.
+# Public modules and names are imported at first use, so that `import nrchain` stays light.
 _MODULES = {
     "auto": "nrchain.planning.auto",
     "cost": "nrchain.accuracy.cost",
@@ -66,7 +68,7 @@ _MODULES = {
     "slip_modes": "nrchain.hydrodynamics.slip_modes",
     "work": "nrchain.run.work",
 }
-_HOMES = {
+_MODULE_OF = {
     "active_wrenches": "nrchain.motion.wrenches",
     "elastic_energy": "nrchain.motion.wrenches",
     "elastic_wrenches": "nrchain.motion.wrenches",
@@ -97,8 +99,8 @@ _HOMES = {
     "simulate": "nrchain.run.simulation",
     "Scene": "nrchain.scene.scene",
     "Slip": "nrchain.hydrodynamics.slip",
-    "load_scene": "nrchain.scene.scene",
-    "scene_names": "nrchain.scene.scene",
+    "load_scene": "nrchain.scene.loading",
+    "scene_names": "nrchain.scene.toml",
     "Section": "nrchain.inputs.rules",
     "SlipMode": "nrchain.hydrodynamics.slip_mode",
     "register": "nrchain.hydrodynamics.slip_modes",
@@ -161,16 +163,16 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name in _MODULES:
         return importlib.import_module(_MODULES[name])
-    if name not in _HOMES:
-        # with name and obj Python adds which name of dir() is nearest
-        told = f"module 'nrchain' has no attribute {name!r}"
-        raise AttributeError(told, name=name, obj=sys.modules[__name__])
-    value = getattr(importlib.import_module(_HOMES[name]), name)
+    if name not in _MODULE_OF:
+        # with name and obj, Python adds the nearest name of dir()
+        message = f"module 'nrchain' has no attribute {name!r}"
+        raise AttributeError(message, name=name, obj=sys.modules[__name__])
+    value = getattr(importlib.import_module(_MODULE_OF[name]), name)
     globals()[name] = value
     return value
 
 
-# where scenes learn of effects, and not the reverse
+# scenes get the registry of effects from here, and import no effect themselves
 extensions.provide(lambda: importlib.import_module("nrchain.effects.registry"))
 
 

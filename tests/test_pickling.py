@@ -24,7 +24,7 @@ import nrchain
 from nrchain import cost, errors, estimate, measure, outcome, plan, regime, rod, slip_modes, work
 from nrchain.effects.registry import effects
 from nrchain.errors import NOT_GIVEN, SceneError
-from nrchain.scene.sections import StartSpec
+from nrchain.scene.chain_sections import StartSpec
 
 PROTOCOLS = range(pickle.HIGHEST_PROTOCOL + 1)
 METHODS = multiprocessing.get_all_start_methods()

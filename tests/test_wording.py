@@ -8,7 +8,7 @@ import pytest
 import nrchain
 from nrchain.effects.slip import effect_of
 from nrchain.hydrodynamics.slip_modes import find
-from nrchain.scene.scene import slip_text
+from nrchain.scene.derived import modes_text
 from nrchain.wording import span
 
 
@@ -32,7 +32,7 @@ def test_strengths_along_a_chain_are_shown_alike_everywhere(strengths, shown):
     details = dict(nrchain.describe(scene).simulated)
     assert details["slip 2s"].startswith(f"strength {shown},")
     assert effect_of(find("2s")).detail(scene).startswith(f"strength {shown},")
-    words = slip_text(scene).removeprefix("2s ").replace("−", "-")
+    words = modes_text(scene.slip).removeprefix("2s ").replace("−", "-")
     assert [float(n) for n in re.split(" to ", words)] == sorted(
         {float(f"{s:g}") for s in np.asarray(strengths)}
     )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from nrchain.planning.effect_changes import Change, Refused
 from nrchain.planning.estimate import RESOLUTION, Estimate
-from nrchain.planning.scene_changes import Change, Refused
 from nrchain.wording import span
 
 COLUMNS = ("effect", "velocity", "growth", "displaced", "rotated", "cost")

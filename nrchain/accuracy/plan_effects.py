@@ -17,14 +17,14 @@ from nrchain.accuracy.timing import PILOT, predict_cost
 from nrchain.errors import SceneError
 from nrchain.motion.charts import ChartedChain
 from nrchain.motion.model import Model
+from nrchain.planning.checked_start import starting_poses
+from nrchain.planning.counted_work import evaluation_work
+from nrchain.planning.effect_changes import Refused, refused_changes
 from nrchain.planning.estimate import (
     PROBE_TOLERANCE,
     Estimates,
     estimate_effects,
 )
-from nrchain.planning.nominal_cost import evaluation_cost
-from nrchain.planning.scene_changes import Refused, refused_changes
-from nrchain.planning.start import starting_poses
 from nrchain.run.work import DEFINITION, FEWEST_STEPS, RunCost, medians
 from nrchain.scene.scene import Scene
 
@@ -123,7 +123,7 @@ def plan_effects(scene: Scene, estimates: Estimates | None = None) -> EffectPlan
 
 def _cost(scene: Scene) -> RunCost | str:
     """The predicted cost of the run of a scene, or why it is not known."""
-    if FEWEST_STEPS * evaluation_cost(scene) > PILOT:
+    if FEWEST_STEPS * evaluation_work(scene) > PILOT:
         return f"not known: {FEWEST_STEPS} steps take more work than a plan may spend"
     try:
         return predict_cost(scene).cost
@@ -136,7 +136,7 @@ def evaluation_times(scenes: Sequence[Scene]) -> list[float]:
 
     The scenes take turns, so that other programs on the machine affect all of them alike.
     """
-    batches = [max(int(BATCH / evaluation_cost(scene)), 1) for scene in scenes]
+    batches = [max(int(BATCH / evaluation_work(scene)), 1) for scene in scenes]
     return medians([_evaluation(scene) for scene in scenes], REPEATS, batches)
 
 

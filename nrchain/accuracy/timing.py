@@ -1,6 +1,6 @@
 """Runs side by side: the distance of each from a reference, and its cost.
 
-Counted work (:mod:`nrchain.planning.nominal_cost`) decides how much of a scene is run. So this is
+Counted work (:mod:`nrchain.planning.counted_work`) decides how much of a scene is run. So this is
 the same on every machine. :mod:`nrchain.work` defines the times.
 """
 
@@ -16,12 +16,13 @@ import numpy as np
 from nrchain.errors import SceneError
 from nrchain.notices import ignore
 from nrchain.outcome import Cause
-from nrchain.planning.nominal_cost import evaluation_cost
+from nrchain.planning.counted_work import evaluation_work
 from nrchain.run.preparation import check_start
 from nrchain.run.recording import Progress
 from nrchain.run.simulation import simulate_in_memory
 from nrchain.run.work import FEWEST_STEPS, RunCost, Work, cost_of
-from nrchain.scene.scene import Scene, load_scene
+from nrchain.scene.loading import load_scene
+from nrchain.scene.scene import Scene
 from nrchain.trajectory.trajectory import Trajectory
 
 REPEATS = 5
@@ -127,7 +128,7 @@ def predict_cost(scene: Scene, allowed: float = PILOT, snapshots: int = SNAPSHOT
 
     Raises :class:`~nrchain.errors.SceneError` for a scene that is refused.
     """
-    steps = max(int(allowed / evaluation_cost(scene)), FEWEST_STEPS)
+    steps = max(int(allowed / evaluation_work(scene)), FEWEST_STEPS)
     free = {"run.snapshots": snapshots, "run.max_seconds": None}
     pilot, cost = run_timed(load_scene(scene, **free, **{"run.max_steps": steps}))
     free["run.max_steps"] = None
@@ -163,7 +164,7 @@ def measure_all(
             if error.key not in ("run.integrator", "run.atol"):
                 raise
             continue
-        nominal = cost.work.evaluations * evaluation_cost(scene)
+        nominal = cost.work.evaluations * evaluation_work(scene)
         apart = distance(trajectory, reference)
         found[name] = Measured(*apart, cost.work, (cost.seconds,), cost.late, nominal)
     left = budget - sum(measured.nominal for measured in found.values())

@@ -1,11 +1,10 @@
-"""(v, ω)_i = Σ_effects (v, ω)_i: the wrench and the twist of every effect, one by one.
+"""(v, ω)_i = Σ_effects (v, ω)_i: the wrench and the twist of each effect.
 
-Each mode of slip stands for its leading-order flow at the nearest neighbours, ``finite size`` for
-the part of order (a/r)² of that and ``reach`` for all slip flows from beyond them. The disturbance
-of a background flow is ``strain`` and ``finite size of strain``, over its own reach. The twist of
-a wrench is what it gives a sphere by itself, W/γ; ``friction between spheres`` is the rest of the
-mobility, and ``support`` what the clamps add, through the same mobility. The sum is that of the
-simulation.
+Each mode of slip is its leading-order flow at nearest neighbours, ``finite size`` the part of order
+(a/r)² of that, and ``reach`` all slip flows from farther neighbours. The disturbance of a
+background flow is ``strain`` and ``finite size of strain``, over its own reach. The twist of a
+wrench is that of a sphere alone, W/γ; ``friction between spheres`` is the rest of the mobility, and
+``support`` what the clamps add, through the same mobility. The sum is the motion of the simulation.
 """
 
 from __future__ import annotations
@@ -21,7 +20,8 @@ from nrchain.effects.friction import FrictionBetweenSpheres
 from nrchain.inputs.arguments import finite_array, rotations
 from nrchain.inputs.names import Named, unknown_name
 from nrchain.motion.model import Model
-from nrchain.scene.scene import Scene, require_scene
+from nrchain.scene.loading import require_scene
+from nrchain.scene.scene import Scene
 from nrchain.scene.unwrapping import unwrapped_chain
 from nrchain.trajectory.trajectory import Trajectory
 from nrchain.wording import brief
@@ -31,7 +31,7 @@ SUPPORT = "support"
 
 @dataclass(frozen=True, eq=False)
 class Contribution:
-    """What one effect does: ``wrench`` (F, T) and ``twist`` (v, ω), (N, 6) each, in the lab."""
+    """The ``wrench`` (F, T) and ``twist`` (v, ω) of one effect, (N, 6) each, in the lab frame."""
 
     wrench: np.ndarray
     twist: np.ndarray
@@ -46,9 +46,9 @@ class Contribution:
 
 @dataclass(frozen=True, eq=False)
 class Contributions(Mapping[str, Contribution]):
-    """The contributions at one pose of a chain by the name of the effect, and their ``total``.
+    """The contributions at one pose of a chain, by the name of the effect, and their ``total``.
 
-    The total is the simulation's own; the contributions add up to it, up to rounding.
+    The total is computed as in a simulation; the contributions add up to it, up to rounding.
     """
 
     effects: dict[str, Contribution]
@@ -70,7 +70,7 @@ class Contributions(Mapping[str, Contribution]):
 
 
 class Decomposition:
-    """Takes the motion of a scene apart, at any poses: see :func:`contributions`."""
+    """The contributions of a scene at any poses: see :func:`contributions`."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene, self._model = scene, Model(scene)
@@ -121,7 +121,7 @@ def contributions(scene: Scene, positions: Any, frames: Any) -> Contributions:
     Parameters
     ----------
     scene
-        Which effects there are.
+        The scene whose effects act.
     positions, frames
         (N, 3) and (N, 3, 3); ``frames[i, k]`` is e_{k+1} of sphere i in lab components. Positions
         of a periodic chain may be wrapped (:func:`nrchain.scene.unwrapping.unwrapped`).
@@ -131,8 +131,8 @@ def contributions(scene: Scene, positions: Any, frames: Any) -> Contributions:
     Contributions
         ``found["slip 2s"].twist``, ``found["bend"].wrench``, … and ``found.total``.
 
-    Raises :class:`~nrchain.errors.SceneError` for poses of another shape or that are no poses, and
-    for wrapped positions of which the image is not clear.
+    Raises :class:`~nrchain.errors.SceneError` for poses of the wrong shape or not valid, and for
+    wrapped positions whose image is not clear.
     """
     count = require_scene(scene).chain.particles
     poses = finite_array("positions", positions, (count, 3)), rotations(frames, count)
@@ -142,6 +142,6 @@ def contributions(scene: Scene, positions: Any, frames: Any) -> Contributions:
 def contribution_sizes(trajectory: Trajectory) -> dict[str, np.ndarray]:
     """√⟨|v|² + a²|ω|²⟩ (T,) of the twist of every effect at the snapshots of a trajectory.
 
-    By the name of the effect; ``"total"`` is that of the motion itself.
+    By the name of the effect; ``"total"`` is the motion itself.
     """
     return Decomposition(trajectory.scene).sizes(trajectory)

@@ -1,11 +1,11 @@
-"""⟨l_{i−1} × l_i · l_{i+1}⟩/d³: the hand of a coil, how much of one there is, and how sure that is.
+"""⟨l_{i−1} × l_i · l_{i+1}⟩/d³: the hand of a coil, its size and the error of the size.
 
-l_i are the links of a chain of rest spacing d. Three in a row span a volume, which is positive on a
-right-handed coil, negative on a left-handed one and nothing on a plane curve, wherever it lies in
+l_i are the links of a chain of rest spacing d. Three in a row span a volume. It is positive on a
+right-handed coil, negative on a left-handed one and 0 on a plane curve, however the chain lies in
 space. On a helix (i d, A cos iθ, ±A sin iθ) each is ±8 (A/d)² sin²(θ/2) sin θ (1 − cos θ) d³, which
 tends to ±(A/d)² θ⁵ d³ for small θ, as the curvature Aq² squared and the torsion q = θ/d say.
 
-With noise ε in every coordinate, independent of each other, the volume V = Σ l_i·(b_i × b_{i+1}),
+With independent noise ε in each coordinate, the volume V = Σ l_i·(b_i × b_{i+1}),
 b_i = l_i − l_{i−1}, has the variance Σ_m ε^{2m} |∇^m V|²/m!, m = 1, 2, 3, where the derivatives are
 those of the chain without noise: V is harmonic, and its mean is not shifted.
 """
@@ -23,11 +23,11 @@ from nrchain.trajectory.trajectory import Trajectory
 from nrchain.wording import brief
 
 FEWEST = 4
-"""Spheres of an open chain that are not always in one plane."""
+"""The fewest spheres of an open chain that need not lie in one plane."""
 
 SURE = 5.0
-"""Standard errors that a hand must be away from none: of a straight chain of four spheres with
-noise the volume has a Laplace distribution, and exceeds this once in a thousand times."""
+"""Standard errors by which a size must differ from 0 to have a hand. The volume of a straight chain
+of four spheres with noise has a Laplace distribution, and exceeds this once in a thousand times."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,11 +39,11 @@ class Handedness:
     time
         (T,).
     hand
-        (T,) Σ v_i/Σ |v_i| of the volumes v_i: 1 where all of the coil is right-handed, −1 where it
-        is left-handed, between where it is mixed; nan where ``size`` is not above :data:`SURE`
-        times its ``error``.
+        (T,) Σ v_i/Σ |v_i| of the volumes v_i: 1 if the whole coil is right-handed, −1 if it is
+        left-handed, in between if it is mixed, and nan if ``size`` is not above :data:`SURE` times
+        its ``error``.
     size
-        (T,) ⟨v_i⟩/d³, with the sign of the hand: how much of it there is.
+        (T,) ⟨v_i⟩/d³, with the sign of the hand.
     error
         (T,) standard error of the size.
     """
@@ -57,18 +57,18 @@ class Handedness:
 
 
 def handedness(trajectory: Trajectory, *, noise: float | None = None) -> Handedness:
-    """⟨l_{i−1} × l_i · l_{i+1}⟩/d³ with its error, and the hand where there is one.
+    """⟨l_{i−1} × l_i · l_{i+1}⟩/d³ with its error, and the hand where it is significant.
 
     Parameters
     ----------
     noise
-        Standard deviation of every coordinate, a length. When None, what the tolerances of the run
-        leave uncertain: :data:`~nrchain.analysis.measured_chain.NOISE` (``atol`` a + ``rtol`` times
-        the distance of the spheres from a line). Rounding of the coordinates comes on top.
+        Standard deviation of each coordinate, a length. When None, the uncertainty from the
+        tolerances of the run: :data:`~nrchain.analysis.measured_chain.NOISE` times (``atol`` a +
+        ``rtol`` times the distance of the spheres from a line). Rounding is added to it.
 
-    Does not depend on how the chain lies in space. Open chains of fewer than four spheres have no
-    hand. Errors take the noise of the coordinates as independent; that of spheres which are off
-    together bends the chain less.
+    The result does not depend on how the chain lies in space. Open chains of fewer than four
+    spheres have no hand. The error assumes independent noise of all coordinates; spheres that move
+    together bend the chain less.
 
     Raises :class:`~nrchain.analysis.measured_chain.MeasurementError` for noise that is not a finite
     number of at least 0.
@@ -100,12 +100,12 @@ def handedness(trajectory: Trajectory, *, noise: float | None = None) -> Handedn
 
 
 def _noise_of(scene: Scene, positions: Array) -> Array:
-    """(T,) what the tolerances of a run leave uncertain of its coordinates."""
+    """(T,) uncertainty of the coordinates from the tolerances of the run."""
     centred = positions - positions.mean(axis=1, keepdims=True)
     if scene.chain.ends == "periodic":
         square = (centred[..., 1:] ** 2).sum(axis=(1, 2))
     else:
-        # of the three principal extents the largest is along the chain
+        # the largest of the three principal extents is along the chain
         square = (np.linalg.svd(centred, compute_uv=False)[:, 1:] ** 2).sum(axis=1)
     across = np.sqrt(square / positions.shape[1])
     return NOISE * (scene.run.atol * scene.chain.radius + scene.run.rtol * across)
@@ -119,20 +119,20 @@ def _triples(links: Array, periodic: bool) -> tuple[Array, Array, Array]:
 
 
 def _variance(links: tuple[Array, Array, Array], noise: Array, spheres: int) -> Array:
-    """(T,) of Σ v_i from noise (T,) of every coordinate, as the module says."""
+    """(T,) variance of Σ v_i from noise (T,) of each coordinate, by the equation of the module."""
     count, square = links[0].shape[1], noise**2
     first = square * _slope_square(links, spheres)
     second = 2.0 * square**2 * _curvature_square(links, spheres)
-    # n·(n × n) of three spheres: two a volume are left, as neighbours share two, which cancel;
+    # n·(n × n) of three spheres: two terms a volume remain, since neighbours share two that cancel;
     # around a ring of up to five spheres those two cancel as well
     ring = 2 * count if spheres > 5 else 0
     third = 6.0 * square**3 * (ring if count == spheres else 2 * count + 2)
-    # in the chain that is seen noise has slopes of its own, on average twice the second term
+    # noise in the measured chain changes the first term, on average by twice the second
     return np.maximum(first - second, second) + third
 
 
 def _slope_square(links: tuple[Array, Array, Array], spheres: int) -> Array:
-    """(T,) Σ_i |∂V/∂r_i|²: of a volume they are those of a·(b × c), with a = r₁ − r₀ and so on."""
+    """(T,) Σ_i |∂V/∂r_i|², where V = Σ a·(b × c) with a = r₁ − r₀ and so on."""
     a, b, c = links
     from_a, from_b, from_c = np.cross(b, c), np.cross(c, a), np.cross(a, b)
     slopes = np.zeros((len(a), spheres, 3))
@@ -150,7 +150,7 @@ def _curvature_square(links: tuple[Array, Array, Array], spheres: int) -> Array:
     ends = [((first + i) % spheres, (first + j) % spheres) for i, j in of_pairs]
     i, j = (np.concatenate(end) for end in zip(*ends, strict=True))
     terms = np.concatenate(list(of_pairs.values()), axis=1)
-    # around a short ring a pair is met from both sides; n × n of one sphere is nothing
+    # around a short ring a pair occurs from both sides; n × n of one sphere is 0
     terms = terms * np.sign(j - i)[:, None]
     pairs, places = np.unique(np.minimum(i, j) * spheres + np.maximum(i, j), return_inverse=True)
     total = np.zeros((len(a), len(pairs), 3))

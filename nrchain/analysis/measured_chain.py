@@ -1,4 +1,4 @@
-"""What every measurement takes of a trajectory: its positions, put together, and its links."""
+"""Positions, links and arguments, as all measurements take them."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ from nrchain.trajectory.trajectory import Trajectory
 Array = NDArray[np.floating]
 
 NOISE = 3.0
-"""Tolerances of a run by which its steps leave an amplitude off: measured on decaying waves."""
+"""Uncertainty of an amplitude, in tolerances of the run: measured on decaying waves."""
 
 
 class MeasurementError(NrchainError, ValueError):
-    """A trajectory that does not hold what is asked of it."""
+    """A trajectory on which the quantity cannot be measured."""
 
 
-def a_trajectory(given: object) -> Trajectory:
-    """The trajectory given, or a MeasurementError that says how to come by one."""
+def require_trajectory(given: object) -> Trajectory:
+    """The trajectory given. Anything else raises a MeasurementError that says how to get one."""
     if not isinstance(given, Trajectory):
-        allowed = "must be a Trajectory: simulate and Trajectory.open give one"
+        allowed = "must be a Trajectory, as simulate and Trajectory.open return"
         raise MeasurementError(f"trajectory = {shorten(given)}: {allowed}")
     return given
 
 
 def positions_of(trajectory: Trajectory) -> Array:
-    """(T, N, 3) positions; of a periodic chain that is wrapped, those of the unwrapped one.
+    """(T, N, 3) positions, unwrapped if the chain is periodic and elastic.
 
     Raises :class:`MeasurementError` where the image of a sphere is not clear.
     """
     try:
-        return unwrapped_chain(a_trajectory(trajectory).scene, trajectory.positions)
+        return unwrapped_chain(require_trajectory(trajectory).scene, trajectory.positions)
     except SceneError as error:
         raise MeasurementError(str(error)) from error
 

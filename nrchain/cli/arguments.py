@@ -38,7 +38,8 @@ def load(name: str, changes: Sequence[str] | None) -> tuple[Scene, Choice | None
 
     Where it has ``effects = "auto"``, choose its effects and print the choice.
     """
-    from nrchain.scene.scene import load_scene, parse_assignment
+    from nrchain.scene.loading import load_scene
+    from nrchain.scene.toml import parse_assignment
 
     scene = load_scene(name, **dict(parse_assignment(change) for change in changes or ()))
     if scene.effects != "auto":

@@ -74,8 +74,8 @@ def _refuse_beside_effects(option: str, value: object) -> None:
 
 def _check_absent(output: Path) -> None:
     """Raise :class:`TrajectoryError` if the file of a picture exists."""
-    from nrchain.trajectory.file import refusing
+    from nrchain.trajectory.file import file_errors
 
-    with refusing(output, "cannot be drawn"):
+    with file_errors(output, "cannot be drawn"):
         if output.exists():
             raise TrajectoryError(f"{output} exists; add --overwrite to replace it")

@@ -9,12 +9,14 @@ from nrchain.cli.tables import plain_table
 @one_line_errors()
 def scenes() -> None:
     """List the shipped scenes."""
-    from nrchain.scene.scene import load_scene, scene_names, slip_text
+    from nrchain.scene.derived import modes_text
+    from nrchain.scene.loading import load_scene
+    from nrchain.scene.toml import scene_names
 
     table = plain_table("scene", "what it shows", "slip", "ends")
     table.add_column("N", justify="right")
     for name in scene_names():
         scene = load_scene(name)
         chain = scene.chain
-        table.add_row(name, scene.title, slip_text(scene), chain.ends, str(chain.particles))
+        table.add_row(name, scene.title, modes_text(scene.slip), chain.ends, str(chain.particles))
     show(table)

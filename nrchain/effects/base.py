@@ -16,8 +16,9 @@ import numpy as np
 from nrchain.errors import SceneError
 from nrchain.inputs.rules import Section
 from nrchain.scene.extensions import default_section
+from nrchain.scene.loading import load_scene
 from nrchain.scene.poses import initial_poses
-from nrchain.scene.scene import Scene, load_scene
+from nrchain.scene.scene import Scene
 
 
 class Cost(NamedTuple):

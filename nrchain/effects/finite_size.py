@@ -17,7 +17,8 @@ from nrchain.effects.shared.slip_flow import (
     pairs_within,
 )
 from nrchain.hydrodynamics import slip_modes
-from nrchain.scene.scene import Scene, load_scene
+from nrchain.scene.loading import load_scene
+from nrchain.scene.scene import Scene
 
 
 @register_effect

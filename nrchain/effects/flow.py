@@ -15,8 +15,8 @@ from nrchain.effects.base import OneBodyEffect
 from nrchain.effects.registry import register_effect
 from nrchain.errors import SceneError
 from nrchain.inputs.rules import Section, flag, vector
+from nrchain.scene.fluid_sections import NEIGHBOURS
 from nrchain.scene.scene import Scene
-from nrchain.scene.sections import NEIGHBOURS
 
 Matrix = tuple[tuple[float, float, float], ...]
 

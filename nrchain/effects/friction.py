@@ -10,7 +10,8 @@ from nrchain.effects.base import Cost, Effect
 from nrchain.effects.registry import acting, register_effect
 from nrchain.effects.shared.image_sums import refuse_net_forces, refuse_reach
 from nrchain.effects.shared.slip_flow import pairs_within, reach_text
-from nrchain.scene.scene import Scene, load_scene
+from nrchain.scene.loading import load_scene
+from nrchain.scene.scene import Scene
 
 
 @register_effect

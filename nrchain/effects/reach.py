@@ -13,7 +13,8 @@ from nrchain.effects.shared.slip_flow import (
     pairs_within,
     reach_text,
 )
-from nrchain.scene.scene import Scene, load_scene
+from nrchain.scene.loading import load_scene
+from nrchain.scene.scene import Scene
 
 
 @register_effect

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from nrchain.effects.registry import register_effect
 from nrchain.effects.shared.elasticity import ElasticTerm
-from nrchain.scene.scene import Scene, load_scene
+from nrchain.scene.loading import load_scene
+from nrchain.scene.scene import Scene
 
 
 @register_effect

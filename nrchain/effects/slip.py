@@ -23,8 +23,9 @@ from nrchain.effects.shared.slip_flow import (
 )
 from nrchain.hydrodynamics import slip_modes
 from nrchain.hydrodynamics.slip_mode import SlipMode
-from nrchain.scene.scene import Scene, load_scene
-from nrchain.scene.sections import SlipSpec
+from nrchain.scene.fluid_sections import SlipSpec
+from nrchain.scene.loading import load_scene
+from nrchain.scene.scene import Scene
 from nrchain.wording import span
 
 

@@ -20,7 +20,8 @@ from nrchain.effects.shared.image_sums import refuse_reach
 from nrchain.effects.shared.slip_flow import pairs_within, reach_text
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics.disturbance import Disturbance, Part
-from nrchain.scene.scene import Scene, load_scene
+from nrchain.scene.loading import load_scene
+from nrchain.scene.scene import Scene
 
 
 class DisturbanceEffect(Effect):

@@ -10,7 +10,8 @@ from __future__ import annotations
 from nrchain.effects.flow import Flow
 from nrchain.effects.registry import register_effect
 from nrchain.effects.strain import DisturbanceEffect, Strain
-from nrchain.scene.scene import Scene, load_scene
+from nrchain.scene.loading import load_scene
+from nrchain.scene.scene import Scene
 
 
 @register_effect

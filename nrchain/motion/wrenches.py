@@ -13,7 +13,8 @@ from nrchain.hydrodynamics.given_slips import GivenSlip, given_slips
 from nrchain.hydrodynamics.slip import Slip
 from nrchain.inputs.arguments import finite_array, rotations
 from nrchain.inputs.rules import choice, flag, number
-from nrchain.scene.sections import NEIGHBOURS, Backend, Ends, Measure
+from nrchain.scene.chain_sections import Ends, Measure
+from nrchain.scene.fluid_sections import NEIGHBOURS, Backend
 
 
 def _poses(positions: Any, frames: Any) -> tuple[np.ndarray, np.ndarray]:

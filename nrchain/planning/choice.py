@@ -1,4 +1,4 @@
-"""What a choice of effects leaves out, and how large it may become."""
+"""What a choice of effects leaves out, and the bound of its error."""
 
 from __future__ import annotations
 
@@ -10,41 +10,42 @@ from typing import Any, Self
 import numpy as np
 
 from nrchain.errors import SceneError
-from nrchain.planning.scene_changes import all_pairs, all_sizes, keys_that_differ
-from nrchain.scene.scene import Scene, load_scene
+from nrchain.planning.flow_keys import all_pair_keys, differing_keys, finite_size_keys
+from nrchain.scene.loading import load_scene
+from nrchain.scene.scene import Scene
 
 BREACH = 2.0
-"""Neglected velocities above this many times those of the probe break the bound."""
+"""The bound breaks when neglected velocities exceed those of the probe this many times."""
 
 WINDOW = 0.1
-"""Part of a run within which the velocities of the probe are taken for those of a time."""
+"""Part of a run about a time from which the velocities of the probe are taken."""
 
 
 FRICTION = {"friction.kind": "pairwise", "friction.neighbours": "all"}
-"""The keys of friction between all spheres."""
+"""The keys that set friction between all spheres."""
 
 
 @dataclass(frozen=True)
 class Forgone:
-    """The cheapest set where the full model is taken: what it would save, and at what error.
+    """The cheapest set of effects where the full model is chosen: what it saves, and its error.
 
     Attributes
     ----------
     left_out
-        In words.
+        The effects it leaves out, in words.
     work
-        Of a right-hand side, over that of the full model, by count
-        (:mod:`nrchain.planning.nominal_cost`).
+        Work of a right-hand side over that of the full model, as counted by
+        :mod:`nrchain.planning.counted_work`.
     error
-        Distance from the full model that is to be expected, in radii or radians, as for
-        :attr:`Choice.bound`; None where no probe has told.
+        Expected distance from the full model, in radii or radians, as :attr:`Choice.bound`; None if
+        no probe found it.
     until
-        The time to which the probe followed it: the end of the run, or where it strayed by more
-        than is allowed, where one of the two stopped, or as far as the probe went.
+        The time to which the probe followed it: the end of the run, the time at which it strayed
+        too far or one of the two stopped, or the time at which the probe ended.
     carried
-        Whether the probe ended before, so that the error is carried on from there.
+        Whether the probe ended early, so that the error is extrapolated from there.
     stops
-        Why its run is expected to stop, if it is.
+        Why its run would stop, if it would.
     """
 
     left_out: tuple[str, ...]
@@ -56,53 +57,52 @@ class Forgone:
 
     def line(self, tolerance: float, end: float) -> str:
         """Saving and error in one sentence."""
-        told = (
+        text = (
             f"the cheapest set leaves out {', '.join(self.left_out)}: a right-hand side takes "
             f"{self.work:.2g} of the work"
         )
         if self.error is None:
-            return f"{told}; how far it strays is not known"
+            return f"{text}; its error is not known"
         size = f"{self.error:.2g} radii or radians off"
         if self.carried:
-            told += f", and poses are at most {size} (an estimate beyond t = {self.until:.4g})"
+            text += f", and poses are at most {size} (an estimate beyond t = {self.until:.4g})"
         elif self.error > tolerance and self.until < end:
-            told += f", and poses are {size} by t = {self.until:.4g}"
+            text += f", and poses are {size} by t = {self.until:.4g}"
         else:
-            told += f", and poses are at most {size} (to t = {self.until:.4g})"
-        told += f", {tolerance:g} allowed"
-        return f"{told}; its run stops: {self.stops}" if self.stops else told
+            text += f", and poses are at most {size} (to t = {self.until:.4g})"
+        text += f", {tolerance:g} allowed"
+        return f"{text}; its run stops: {self.stops}" if self.stops else text
 
 
 @dataclass(frozen=True)
 class Choice:
-    """The effects a scene was given by ``effects = "auto"``, and what they leave out.
+    """The effects that ``effects = "auto"`` chose for a scene, and what they leave out.
 
     Attributes
     ----------
     tolerance
-        What was allowed: radii, and radians.
+        The largest distance allowed, in radii and radians.
     left_out
-        In words; empty for the full model.
+        The effects left out, in words; empty for the full model.
     bound
-        Largest distance from the full model that is to be expected, in radii or radians: what the
-        probe found, and a tenth.
+        Largest expected distance from the full model, in radii or radians: that of the probe and a
+        tenth.
     probed
-        The time up to which the probe looked; beyond it, the distance is carried on.
+        The time to which the probe went; beyond it, the distance is extrapolated.
     times, velocities
-        Largest neglected |Δv|/a or |Δω| of a sphere along the probe, by its times.
+        Times of the probe, and the largest neglected |Δv|/a or |Δω| of a sphere at each.
     reason
         Why this set, in words.
     end
         The end of the run that the choice was made for.
     sets
-        Every key that was given another value than it had in the scene, with both.
+        Every key whose value the choice changed, with the old and the new value.
     watched_until
-        The time from which on nobody has looked whether the bound holds: that at which a run was
-        resumed unwatched.
+        The time from which the bound was not checked, because the run was resumed unwatched.
     work
-        Of a right-hand side, over that of the full model, by count.
+        Work of a right-hand side over that of the full model, by count.
     forgone
-        The cheapest set, where the full model is taken and there is another.
+        The cheapest set, if the full model was chosen and there is another.
     """
 
     tolerance: float
@@ -132,37 +132,37 @@ class Choice:
         return cls(**(table | lists))
 
     def lines(self) -> list[str]:
-        """What was chosen, what it saves or would have, the keys set, what it neglects."""
+        """What was chosen, what that saves, the keys it sets and the error, a sentence each."""
         chosen = "the full model"
         if self.left_out:
             chosen = (
                 f"left out {', '.join(self.left_out)}, at {self.work:.2g} of the work of a "
                 "right-hand side of the full model"
             )
-        told = [f"effects chosen: {chosen}; {self.reason}"]
+        sentences = [f"effects chosen: {chosen}; {self.reason}"]
         if self.forgone:
-            told.append(self.forgone.line(self.tolerance, self.end))
+            sentences.append(self.forgone.line(self.tolerance, self.end))
         if self.sets:
-            told.append(f"keys set by it: {', '.join(self.sets)}")
+            sentences.append(f"keys set by it: {', '.join(self.sets)}")
         if self.left_out:
             how = f"to t = {self.probed:.4g}"
             if self.probed < self.end:
-                how = f"an estimate beyond t = {self.probed:.4g}, to which the probe went"
-            told.append(
+                how = f"an estimate beyond t = {self.probed:.4g}, where the probe ended"
+            sentences.append(
                 f"neglected: at most {self.bound:.2g} radii or radians from the full model ({how}),"
                 f" {self.tolerance:g} allowed"
             )
         if math.isfinite(self.watched_until):
-            told.append(
+            sentences.append(
                 f"not watched from t = {self.watched_until:.4g} on: no bound is known there"
             )
-        return told
+        return sentences
 
     def allowed(self, time: float, end: float) -> float:
-        """The neglected velocity, in radii or radians per unit time, that breaks the bound.
+        """The neglected velocity, in radii or radians per unit time, above which the bound breaks.
 
-        That of the probe about this time, or of its second half beyond its end; and in any case
-        what makes up the tolerance over the whole run.
+        :data:`BREACH` times the largest of the probe about this time (beyond its end: of its second
+        half) and the velocity that adds up to the tolerance over the whole run.
         """
         times, velocities = np.array(self.times), np.array(self.velocities)
         near = np.abs(times - time) <= WINDOW * end
@@ -174,10 +174,11 @@ class Choice:
 def full_scene(scene: Scene) -> Scene:
     """The scene with all its hydrodynamics: all pairs, finite size, friction between spheres.
 
-    Without the latter where the scene allows none: see :func:`missing_friction`.
+    Friction between spheres is left out if the scene cannot have it, see
+    :func:`missing_friction`.
     """
     keys: dict[str, Any] = {"effects": "named", "tolerance": None}
-    keys |= all_pairs(scene) | all_sizes(scene)
+    keys |= all_pair_keys(scene) | finite_size_keys(scene)
     if missing_friction(scene):
         return load_scene(scene, **keys)
     return load_scene(scene, **keys, **FRICTION)
@@ -193,5 +194,5 @@ def missing_friction(scene: Scene) -> str:
 
 
 def as_keys(scene: Scene, other: Scene) -> str:
-    """The keys that make of one scene the other, as a scene in Python names them."""
-    return " and ".join(f"{key} = {new!r}" for key, _, new in keys_that_differ(scene, other))
+    """The keys that turn one scene into the other, as Python writes them."""
+    return " and ".join(f"{key} = {new!r}" for key, _, new in differing_keys(scene, other))

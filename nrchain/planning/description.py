@@ -1,4 +1,4 @@
-"""What a scene simulates, what it leaves out and what of it has no effect, in words."""
+"""What a scene simulates, what it leaves out and which of its keys have no effect, in words."""
 
 from __future__ import annotations
 
@@ -14,8 +14,10 @@ from nrchain.effects.strain_size import FiniteSizeOfStrain
 from nrchain.hydrodynamics import slip_modes
 from nrchain.hydrodynamics.slip import Slip
 from nrchain.planning.regime import warnings
-from nrchain.scene.scene import Scene, require_scene
-from nrchain.scene.sections import ElasticitySpec, FrictionSpec, SlipSpec, StartSpec
+from nrchain.scene.chain_sections import ElasticitySpec, StartSpec
+from nrchain.scene.fluid_sections import FrictionSpec, SlipSpec
+from nrchain.scene.loading import require_scene
+from nrchain.scene.scene import Scene
 from nrchain.wording import span
 
 Row = tuple[str, str]
@@ -23,9 +25,9 @@ Row = tuple[str, str]
 
 @dataclass(frozen=True)
 class Description:
-    """What a scene simulates and what it leaves out: (effect, one line) each, and warnings.
+    """What a scene simulates and leaves out, as rows (effect, one line), with warnings.
 
-    ``without_effect`` are the keys that differ from their default and change nothing, with why.
+    ``without_effect`` are the keys that differ from their default and change nothing, with reasons.
     """
 
     simulated: list[Row]
@@ -35,7 +37,7 @@ class Description:
 
 
 def describe(scene: Scene) -> Description:
-    """The effects a scene names, those it does without, and whether it is in the beam limit."""
+    """The effects that a scene simulates, those it leaves out, and warnings about its run."""
     simulated: list[Row] = []
     left_out: list[Row] = []
     for effect in effects():
@@ -79,7 +81,7 @@ def _describe_slip(scene: Scene, simulated: list[Row], left_out: list[Row]) -> N
 
 
 def _describe_flow(scene: Scene, simulated: list[Row], left_out: list[Row]) -> None:
-    """The disturbance of a flow is spoken of where there is a flow, its parts where it acts."""
+    """Rows on the disturbance of a background flow, if there is a flow."""
     if not Flow.acts(scene):
         left_out.append((Flow.name, Flow.absence))
         return
@@ -108,9 +110,9 @@ def _describe_friction(scene: Scene, simulated: list[Row], left_out: list[Row]) 
 
 
 def without_effect(scene: Scene) -> list[Row]:
-    """The keys of a scene that differ from their default and change nothing, each with why."""
-    rows = [*_inert_slip(scene), *_inert_flow(scene), *_inert_elasticity(scene)]
-    rows += _inert_start(scene)
+    """The keys that differ from their default and change nothing, each with the reason."""
+    rows = [*_unused_slip(scene), *_unused_flow(scene), *_unused_elasticity(scene)]
+    rows += _unused_start(scene)
     friction = scene.friction
     if friction.kind == "one-body":
         for name in ("neighbours", "backend"):
@@ -119,7 +121,7 @@ def without_effect(scene: Scene) -> list[Row]:
     return rows
 
 
-def _inert_slip(scene: Scene) -> list[Row]:
+def _unused_slip(scene: Scene) -> list[Row]:
     rows, acting, slip = [], active_modes(scene), scene.slip
     for label, mode in slip.modes.items():
         if label not in acting and mode.axis != Slip(0.0).axis:
@@ -132,24 +134,24 @@ def _inert_slip(scene: Scene) -> list[Row]:
     return rows
 
 
-def _inert_flow(scene: Scene) -> list[Row]:
-    """Of the disturbance, where the flow has no strain, or spheres do not disturb it."""
+def _unused_flow(scene: Scene) -> list[Row]:
+    """Keys of the disturbance, where the flow has no strain or spheres do not disturb it."""
     flow = Flow.section(scene)
     if Strain.acts(scene):
         return []
     names, why = ["neighbours", "finite_size"], "flow.disturbance is false"
     if not (flow.matrix + flow.matrix.T).any():
-        names, why = ["disturbance", *names], "flow.gradient strains nothing"
+        names, why = ["disturbance", *names], "flow.gradient has no strain"
     changed = (name for name in names if getattr(flow, name) != getattr(FlowSpec(), name))
     return [(flow.key(name), why) for name in changed]
 
 
-def _inert_elasticity(scene: Scene) -> list[Row]:
+def _unused_elasticity(scene: Scene) -> list[Row]:
     rows, elasticity, moduli = [], scene.elasticity, scene.moduli
     if elasticity.measure != ElasticitySpec().measure and not (moduli.twist or moduli.bend):
         rows.append(("elasticity.measure", "no link resists twist or bend"))
     if elasticity.ratio is not None and not moduli.bend:
-        rows.append(("elasticity.ratio", "elasticity.bend, which it multiplies, is 0"))
+        rows.append(("elasticity.ratio", "it multiplies elasticity.bend, which is 0"))
     return rows
 
 
@@ -159,13 +161,13 @@ _USED = {
     "helix-left": ("amplitude", "wavenumber"),
     "helix-right": ("amplitude", "wavenumber"),
     "random": ("amplitude", "seed"),
-    # the wave that is measured unless another one is named
+    # nrchain.measure takes this wave unless another is named
     "given": ("wavenumber",),
 }
-"""What a shape is made with."""
+"""The keys that each shape uses."""
 
 
-def _inert_start(scene: Scene) -> list[Row]:
+def _unused_start(scene: Scene) -> list[Row]:
     start = scene.start
     given = [
         name

@@ -1,8 +1,8 @@
-"""What would hold a chain that gives way: changes under which the same rules find nothing.
+"""Changes of a scene under which its chain holds: stiffer springs or weaker slip.
 
-Each change is tried: the scene with it is judged as the scene itself was
-(:func:`nrchain.planning.soundness.judge`), twist and bend, touching spheres and all. One key is
-tried before two, and two before four; strengths are weakened where no stiffness helps.
+Each change is tried: the scene with it is judged in full, with twist, bend and touching spheres
+(:func:`nrchain.planning.soundness.judge`). One key is tried before two, and two before four. Weaker
+slip is tried if no stiffness helps.
 """
 
 from __future__ import annotations
@@ -13,26 +13,27 @@ from typing import Any
 
 from nrchain.errors import SceneError
 from nrchain.planning.soundness import judge
-from nrchain.scene.scene import DEFAULT_RATIO, Scene, load_scene
-from nrchain.scene.sections import SlipSpec
+from nrchain.scene.derived import DEFAULT_RATIO
+from nrchain.scene.fluid_sections import SlipSpec
+from nrchain.scene.loading import load_scene
+from nrchain.scene.scene import Scene
 
 LONG = 100
-"""Spheres beyond which fewer remedies are tried, and no least factor is looked for: a search takes
-some two dozen judgements."""
+"""Above this many spheres fewer remedies are tried, and no least factor is searched for: a search
+takes some two dozen judgements."""
 
 FACTORS = (1e2, 1e4)
-"""How many times as stiff a remedy may be; a smaller factor is looked for below the first that
-holds."""
+"""Factors of stiffness that are tried. Below the first that holds a smaller one is searched for."""
 
 HALVINGS = 6
-"""How often the logarithm of a factor is halved: to 7 % of a factor of 100."""
+"""Halvings of the logarithm of a factor, which find it to 7 % between 1 and 100."""
 
 WEAKEST = 1e-3
-"""The least part of the strengths that is tried."""
+"""The smallest part of the strengths that is tried."""
 
 
 def remedy(scene: Scene) -> str:
-    """What holds the chain of a scene that does not hold, in words."""
+    """A change under which the chain holds, in words."""
     for keys in _candidates(scene):
         for factor in FACTORS:
             if holds(scene, _stiffer(scene, keys, factor)):
@@ -40,12 +41,14 @@ def remedy(scene: Scene) -> str:
                 return f"{_named(found)} {'hold' if len(found) > 1 else 'holds'} it"
     weaker = _strengths(scene)
     if weaker:
-        return f"no stiffness was found to hold it; {weaker:.2g} times these strengths of slip do"
+        return (
+            f"no stiffness was found to hold it; {weaker:.2g} times these strengths of slip would"
+        )
     return "no remedy was found: neither stiffer springs nor weaker slip hold it"
 
 
 def holds(scene: Scene, changes: dict[str, Any]) -> bool:
-    """Whether a scene with changes is possible and nothing of it gives way."""
+    """Whether the changed scene is valid and its chain holds."""
     try:
         return judge(load_scene(scene, **changes)).sound
     except (SceneError, ArithmeticError):
@@ -53,7 +56,7 @@ def holds(scene: Scene, changes: dict[str, Any]) -> bool:
 
 
 def _candidates(scene: Scene) -> Iterator[tuple[str, ...]]:
-    """The keys that are raised together, those of fewest first."""
+    """Keys to raise together, fewest first."""
     own, turning = ("stretch", "shear"), ("twist", "bend")
     tried: list[tuple[str, ...]] = [("ratio",), ("bend",), ("ratio", "bend")]
     if scene.elasticity.stretch is not None:
@@ -67,18 +70,18 @@ def _candidates(scene: Scene) -> Iterator[tuple[str, ...]]:
 
 
 def _present(scene: Scene) -> dict[str, float]:
-    """The numbers of the elasticity as they act, by the name of their key."""
+    """The moduli and the ratio of a scene, by the name of their key."""
     ratio = DEFAULT_RATIO if scene.elasticity.ratio is None else scene.elasticity.ratio
     return {**scene.moduli._asdict(), "ratio": ratio}
 
 
 def _stiffer(scene: Scene, keys: tuple[str, ...], factor: float) -> dict[str, float]:
     present = _present(scene)
-    return {f"elasticity.{name}": up(factor * present[name]) for name in keys}
+    return {f"elasticity.{name}": round_up(factor * present[name]) for name in keys}
 
 
 def _least(scene: Scene, keys: tuple[str, ...], factor: float) -> float:
-    """The least factor that holds, to the accuracy of the halvings."""
+    """The smallest factor that holds, to the accuracy of the halvings."""
     index = FACTORS.index(factor)
     low, high = math.log(FACTORS[index - 1] if index else 1.0), math.log(factor)
     for _ in range(HALVINGS if scene.chain.particles <= LONG else 0):
@@ -91,7 +94,7 @@ def _least(scene: Scene, keys: tuple[str, ...], factor: float) -> float:
 
 
 def _strengths(scene: Scene) -> float:
-    """The largest part of all strengths of slip that is held, of those tried; 0 if none is."""
+    """The largest part of all strengths, of those tried, under which the chain holds; or 0."""
     part = 1.0
     while scene.slip.modes and part > WEAKEST:
         part = float(f"{0.7 * part:.1g}")
@@ -101,7 +104,7 @@ def _strengths(scene: Scene) -> float:
 
 
 def weakened(scene: Scene, part: float) -> dict[str, Any]:
-    """The changes that leave this part of each strength."""
+    """The changes that multiply each strength by ``part``."""
     changes: dict[str, Any] = {}
     for label, slip in scene.slip.modes.items():
         each = slip.strength
@@ -115,8 +118,8 @@ def _named(changes: dict[str, float]) -> str:
     return " and ".join(f"{key} = {value:g}" for key, value in changes.items())
 
 
-def up(number: float) -> float:
-    """The number of two digits that is no less."""
+def round_up(number: float) -> float:
+    """The number rounded up to two digits."""
     if not number or not math.isfinite(number):
         return number
     step = 10.0 ** (math.floor(math.log10(number)) - 1)

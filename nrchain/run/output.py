@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from nrchain.errors import TrajectoryError
-from nrchain.trajectory.file import FILE_NAME, refuse_existing, refusing
+from nrchain.trajectory.file import FILE_NAME, file_errors, refuse_existing
 
 ENDINGS = (".h5", ".hdf5", ".h5md")
 """Of trajectory files."""
@@ -23,7 +23,7 @@ def output_file(output: str | Path, overwrite: bool = False) -> tuple[Path | Non
     a file that exists unless ``overwrite`` is set.
     """
     path = Path(output)
-    with refusing(path, "cannot be made"):
+    with file_errors(path, "cannot be made"):
         is_folder = path.is_dir() or not _ENDING.fullmatch(path.suffix)
         if not is_folder and path.suffix.lower() not in ENDINGS:
             raise TrajectoryError(

@@ -20,9 +20,9 @@ from nrchain.motion.integrators import find_integrator
 from nrchain.motion.integrators.base import Integrator
 from nrchain.motion.model import Model
 from nrchain.notices import Report
+from nrchain.planning.checked_start import starting_poses, with_start
 from nrchain.planning.choice import Choice, as_keys, full_scene
-from nrchain.planning.flow_forces import stokeslet_warning
-from nrchain.planning.start import starting_poses, with_start
+from nrchain.planning.missing_stokeslets import stokeslet_warning
 from nrchain.run.budget import Budget
 from nrchain.run.counters import Counters
 from nrchain.run.interruption import Interruption

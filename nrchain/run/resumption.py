@@ -7,8 +7,8 @@ from dataclasses import replace
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.inputs.arguments import ORTHONORMAL, rotations
 from nrchain.outcome import Cause
+from nrchain.planning.checked_start import refuse_far
 from nrchain.planning.choice import Choice
-from nrchain.planning.start import refuse_far
 from nrchain.run.preparation import Start
 from nrchain.run.recording import snapshot_times
 from nrchain.trajectory.checkpoint import Checkpoint

@@ -19,8 +19,8 @@ from nrchain.run.preparation import Start, check_start, prepare
 from nrchain.run.recording import Progress, snapshot_times
 from nrchain.run.resumption import start_from_checkpoint
 from nrchain.scene.scene import Scene
-from nrchain.trajectory.file import claim_existing, locate
-from nrchain.trajectory.recorder import Memory, Recorder
+from nrchain.trajectory.file import locate, lock_existing
+from nrchain.trajectory.recorder import MemoryRecorder, Recorder
 from nrchain.trajectory.trajectory import Trajectory
 from nrchain.trajectory.writer import TrajectoryWriter
 
@@ -104,7 +104,7 @@ def simulate_in_memory(
 ) -> Trajectory:
     """The trajectory from a checked start; ``report`` gets the text of every warning."""
     _report(start, report)
-    memory = Memory(start.scene)
+    memory = MemoryRecorder(start.scene)
     with deferred() as interruption:
         stop = _run(start, memory, progress, interruption, report)
     return replace(memory.trajectory(start.scene, stop), choice=start.choice)
@@ -130,14 +130,14 @@ def resume(
     done = Trajectory.open(path)
     if done.status == "completed":
         return done
-    with claim_existing(locate(path)) as claim:
+    with lock_existing(locate(path)) as lock:
         # what it holds now that nobody else writes to it
         done = Trajectory.open(path)
         start = start_from_checkpoint(done, unwatched)
         assert done.path is not None
         with (
             deferred() as interruption,
-            TrajectoryWriter.reopen(done.path, claim, start.choice) as writer,
+            TrajectoryWriter.reopen(done.path, lock, start.choice) as writer,
         ):
             return _finish(writer, _run(start, writer, progress, interruption))
 

@@ -1,7 +1,7 @@
-"""What effects add to a scene: sections of their own, and checks. Scenes know of no effect.
+"""How effects add sections and checks to a scene, which itself imports no effect.
 
-The effects are given to scenes, not asked for by them: :mod:`nrchain` calls :func:`provide` with
-the registry of effects, which is imported when a scene first names a section that is not its own.
+:mod:`nrchain` calls :func:`provide` with the registry of effects. The registry is imported when a
+scene first names a section that is not its own.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
 
 
 class Extensions(Protocol):
-    """What the registry of effects answers to a scene."""
+    """What a scene asks of the registry of effects."""
 
     def section_kind(self, name: str) -> type[Section] | None:
-        """The section of that name, if an effect adds it."""
+        """The class of the section of that name, or None if no effect adds it."""
 
     def section_kinds(self) -> dict[str, type[Section]]:
-        """All sections that effects add, by name."""
+        """The classes of all sections that effects add, by name."""
 
     def check_scene(self, scene: Section) -> None:
-        """Raise :class:`~nrchain.errors.SceneError` for what makes no sense to an effect."""
+        """Raise :class:`~nrchain.errors.SceneError` if an effect cannot act in the scene."""
 
 
 _source: list[Callable[[], object]] = []
@@ -31,17 +31,17 @@ _defaults: dict[type[Section], Section] = {}
 
 
 def provide(source: Callable[[], object]) -> None:
-    """Give scenes their extensions; ``source`` returns them, and is called when they are needed."""
+    """Set the registry of effects. ``source`` returns it, and is called when it is first needed."""
     _source[:] = [source]
 
 
 def extensions() -> Extensions:
-    """The extensions of all scenes."""
+    """The registry of effects."""
     return cast(Extensions, _source[0]())
 
 
 def default_section(kind: type[Section]) -> Section:
-    """The section of a scene that names none of its keys, made once."""
+    """The section with all keys at their default; one object for all scenes."""
     if kind not in _defaults:
         _defaults[kind] = kind()
     return _defaults[kind]

@@ -1,4 +1,4 @@
-"""How much a trajectory takes, in memory and on disk, and whether there is room for it."""
+"""The bytes of a trajectory in memory and on disk, and whether there is room for them."""
 
 from __future__ import annotations
 
@@ -6,27 +6,27 @@ from nrchain.errors import SceneError
 from nrchain.scene.scene import Scene
 
 CHECKPOINT_POSES = 2
-"""Poses of the chain that a file keeps besides its snapshots."""
+"""Checkpoints that a file keeps besides its snapshots."""
 
 SNAPSHOT_MARKS = 3 * 8
 """Bytes of a snapshot besides its poses: its time, the time asked for, its step."""
 
 BOX_BYTES = 3 * 8
-"""What the edges of the box of a periodic chain take in every snapshot."""
+"""Bytes of the edges of the box of a periodic chain in each snapshot."""
 
 LEAST_SNAPSHOTS = 2
 """A run records its start and its end."""
 
 
 def pose_bytes(scene: Scene) -> int:
-    """What the poses of one snapshot take: three coordinates and nine frame components a sphere."""
+    """Bytes of the poses of one snapshot: 3 coordinates and 9 frame components for each sphere."""
     return 12 * 8 * scene.chain.particles
 
 
 def refuse_snapshots(scene: Scene, free: int, where: str, snapshots: int | None = None) -> None:
     """Raise :class:`~nrchain.errors.SceneError` if the snapshots need more than ``free`` bytes.
 
-    They are those of the scene, unless their number is given.
+    ``where`` says in the error where these are. ``snapshots`` is by default that of the scene.
     """
     each = pose_bytes(scene) + SNAPSHOT_MARKS
     if scene.chain.ends == "periodic":
@@ -36,11 +36,15 @@ def refuse_snapshots(scene: Scene, free: int, where: str, snapshots: int | None 
         return
     free = max(free, 0)
     fit = free // each
-    told = f"{_size(each * snapshots)}, where {_size(free)} are {where}"
+    needed = f"{_size(each * snapshots)}, and {_size(free)} are {where}"
     if fit < LEAST_SNAPSHOTS:
         count = scene.chain.particles
-        raise SceneError("chain.particles", count, f"not even the first and last poses fit: {told}")
-    raise SceneError("run.snapshots", snapshots, f"needs {told}; {fit} would fit")
+        raise SceneError(
+            "chain.particles",
+            count,
+            f"even the first and last poses do not fit: they need {needed}",
+        )
+    raise SceneError("run.snapshots", snapshots, f"needs {needed}; {fit} snapshots would fit")
 
 
 def _size(count: int) -> str:

@@ -1,8 +1,8 @@
-"""r_i = (i d, y(i d), z(i d)): where the spheres of a chain start, and how close they come.
+"""r_i = (i d, y(i d), z(i d)): the positions and frames of each shape of a start.
 
-Frames follow the curve: e₁ is its tangent and e₂, e₃ are turned from the lab axes by the smallest
+Frames follow the curve: e₁ is its tangent. e₂ and e₃ are turned from the lab axes by the smallest
 rotation that takes x to e₁, so that a start of small slope carries no twist. (The Frenet–Serret
-frame the paper names flips at the inflections of a sine and turns about e₁ along a helix.)
+frame that the paper names flips at the inflections of a sine and turns about e₁ along a helix.)
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def initial_poses(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _shaped_poses(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """The poses of a shape, which are straight where those of the scene are given."""
+    """The poses of the shape; those of the straight chain if the shape is ``given``."""
     count = scene.chain.particles
     x = scene.chain.spacing * np.arange(count)
     amplitude, q = scene.start.amplitude, scene.wavevector
@@ -49,7 +49,7 @@ def _shaped_poses(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _random_offsets(scene: Scene, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Independent normal offsets of the given amplitude, and their centred differences."""
+    """Independent normal offsets of that amplitude, and their slopes by centred differences."""
     rng = np.random.default_rng(scene.start.seed)
     offsets = scene.start.amplitude * rng.standard_normal((count, 2))
     if scene.chain.ends == "periodic":
@@ -64,7 +64,7 @@ def _random_offsets(scene: Scene, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def frames_along(tangents: np.ndarray) -> np.ndarray:
-    """Frames (N, 3, 3) with e₁ = ``tangents`` (N, 3), turned least from the lab axes."""
+    """Frames (N, 3, 3) with e₁ = ``tangents`` (N, 3): the smallest rotations of the lab axes."""
     frames = np.empty((len(tangents), 3, 3))
     rotation = np.empty((3, 3))
     for i, tangent in enumerate(tangents):

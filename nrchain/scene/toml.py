@@ -1,7 +1,7 @@
-"""Scenes as text: TOML in and out, the scenes that ship, and changes by dotted key.
+"""Scenes as text: TOML in and out, the shipped scenes, and changes by dotted key.
 
-Everything here works on raw tables, nested dictionaries laid out as the TOML is; what they mean
-and whether they can be simulated is for :mod:`nrchain.scene.scene` to say.
+All functions work on raw tables: nested dictionaries laid out as the TOML is. Whether a table can
+be simulated is for :class:`~nrchain.scene.scene.Scene` to check.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from nrchain.inputs.names import did_you_mean
 from nrchain.inputs.rules import Section
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
-"""What a trajectory file begins with."""
+"""The first bytes of a trajectory file."""
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
@@ -32,9 +32,9 @@ def scene_names() -> tuple[str, ...]:
 
 
 def scene_path(name: str) -> Path:
-    """The file of a shipped scene; an unknown name raises with the nearest one."""
+    """The file of a shipped scene. An unknown name raises a SceneError with the nearest one."""
     if name not in scene_names():
-        raise SceneError("scene", name, f"is not a shipped scene: {_offer(name)}")
+        raise SceneError("scene", name, f"is not a shipped scene: {_names_text(name)}")
     return _shipped() / f"{name}.toml"
 
 
@@ -44,14 +44,16 @@ def read_source(source: str | os.PathLike[str]) -> dict[str, Any]:
     try:
         content = path.read_bytes()
     except (FileNotFoundError, IsADirectoryError):
-        allowed = f"is neither a file nor a shipped scene: {_offer(path.stem)}"
+        allowed = f"is neither a file nor a shipped scene: {_names_text(path.stem)}"
         raise SceneError("scene", str(source), allowed) from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise SceneError("scene", str(source), f"cannot be read: {reason}") from None
     if content.startswith(_HDF5):
-        allowed = "is a trajectory; Trajectory.open(...).scene is its scene, nrchain resume goes on"
-        raise SceneError("scene", str(source), f"{allowed} with it, and nrchain plot draws it")
+        allowed = (
+            "is a trajectory; Trajectory.open(...).scene is its scene, nrchain resume continues"
+        )
+        raise SceneError("scene", str(source), f"{allowed} it, and nrchain plot draws it")
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -61,7 +63,7 @@ def read_source(source: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def read_toml(text: str, *, origin: str = "TOML text") -> dict[str, Any]:
-    """The raw table of TOML text; ``origin`` is what a refusal calls it."""
+    """The raw table of TOML text; ``origin`` names the text in errors."""
     if not isinstance(text, str):
         raise SceneError("scene", text, "must be TOML text")
     try:
@@ -71,7 +73,7 @@ def read_toml(text: str, *, origin: str = "TOML text") -> dict[str, Any]:
 
 
 def write_toml(table: Mapping[str, Any]) -> str:
-    """The TOML text of a raw table one section deep, floats to the last bit."""
+    """The TOML text of a raw table one section deep; floats keep all their digits."""
     keys = {name: value for name, value in table.items() if not isinstance(value, Mapping)}
     sections = {name: value for name, value in table.items() if isinstance(value, Mapping)}
     blocks = [_assignments(keys)] if keys else []
@@ -80,10 +82,10 @@ def write_toml(table: Mapping[str, Any]) -> str:
 
 
 def change(table: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """A copy of a raw table with changes made in their order, dotted keys unfolded.
+    """A copy of a raw table with changes made in their order; dotted keys become nested ones.
 
-    A section that is given as a table is changed key by key; any other key, and a section given
-    as an object, is replaced. None stays in the table, where it stands for a key not given.
+    A section given as a table changes only the keys it names. Any other key, and a section given as
+    an object, is replaced. None stays in the table and means that the key is not given.
     """
     changed: dict[str, Any] = {}
     for key, value in (*table.items(), *changes.items()):
@@ -94,17 +96,17 @@ def change(table: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, An
 def parse_assignment(text: str) -> tuple[str, Any]:
     """``(key, value)`` of ``key=value``, as in ``slip.2s=50``.
 
-    The value is read as TOML (``50``, ``[1, 2]``, ``{strength = 1, axis = [0, 1, 0]}``) and kept
-    as a string when it is not (``clamped``); nothing after the sign stands for None, which takes
-    the key out of the scene.
+    The value is read as TOML (``50``, ``[1, 2]``, ``{strength = 1, axis = [0, 1, 0]}``), or else
+    taken as a string (``clamped``). Nothing after the ``=`` is None, which removes the key from the
+    scene.
 
-    Raises :class:`~nrchain.errors.SceneError` for what has no sign or no key.
+    Raises :class:`~nrchain.errors.SceneError` for text without ``=`` or without a key.
     """
     key, sign, value = (part.strip() for part in text.partition("="))
     if not all(name.strip() for name in key.split(".")):
         raise SceneError("key", text, "must be key=value, such as slip.2s=50")
     if not sign:
-        allowed = "must be key=value, such as slip.2s=50; nothing after the = takes the key out"
+        allowed = "must be key=value, such as slip.2s=50; key= removes the key"
         raise SceneError(key, NOT_GIVEN, allowed)
     if not value:
         return key, None
@@ -116,7 +118,7 @@ def parse_assignment(text: str) -> tuple[str, Any]:
 
 
 def _assign(table: dict[str, Any], parents: tuple[str, ...], key: str, value: Any) -> None:
-    """Set ``table[key]`` to the value, where the key may be dotted and the value a section."""
+    """Set ``table[key]`` to the value. The key may be dotted and the value a section."""
     if not isinstance(key, str):
         raise SceneError(".".join((*parents, str(key))), value, "is not a key; keys are strings")
     name, _, rest = key.partition(".")
@@ -133,7 +135,7 @@ def _assign(table: dict[str, Any], parents: tuple[str, ...], key: str, value: An
 
 
 def _as_table(path: tuple[str, ...], present: Any, key: str, value: Any) -> dict[str, Any]:
-    """What stands at a path, as a table in which ``key`` can be set to the value."""
+    """The table at a path, in which ``key`` can be set to the value."""
     if present is None:
         return {}
     if isinstance(present, dict):
@@ -157,7 +159,7 @@ def _key(name: str) -> str:
 
 
 def _literal(value: Any) -> str:
-    """A TOML value; JSON spells strings, booleans and finite numbers as TOML does."""
+    """A TOML value; JSON writes strings, booleans and finite numbers as TOML does."""
     if isinstance(value, Mapping):
         inner = ", ".join(f"{_key(name)} = {_literal(item)}" for name, item in value.items())
         return "{" + inner + "}"
@@ -172,6 +174,6 @@ def _shipped() -> Path:
     return Path(str(resources.files("nrchain.scene").joinpath("scenes")))
 
 
-def _offer(name: str) -> str:
+def _names_text(name: str) -> str:
     names = scene_names()
     return ", ".join(names) + did_you_mean(name, names)

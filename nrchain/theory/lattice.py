@@ -39,7 +39,8 @@ from numpy.typing import ArrayLike, NDArray
 from nrchain.effects.shared.image_sums import has_sum
 from nrchain.errors import SceneError
 from nrchain.inputs.arguments import finite_array
-from nrchain.scene.scene import Scene, load_scene, require_scene
+from nrchain.scene.loading import load_scene, require_scene
+from nrchain.scene.scene import Scene
 from nrchain.theory.lattice_sums import Reach, power_sum
 from nrchain.theory.straight_chain import Complex, StraightChain
 

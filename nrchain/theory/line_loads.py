@@ -31,7 +31,8 @@ from nrchain.errors import SceneError
 from nrchain.hydrodynamics.friction import PairFriction
 from nrchain.motion.model import Model
 from nrchain.potential.chain import REACH
-from nrchain.scene.scene import Scene, load_scene, require_scene
+from nrchain.scene.loading import load_scene, require_scene
+from nrchain.scene.scene import Scene
 from nrchain.wording import brief
 
 ACROSS = 1e-10

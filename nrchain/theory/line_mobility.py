@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics.friction import PairFriction
-from nrchain.scene.sections import ChainSpec
+from nrchain.scene.chain_sections import ChainSpec
 from nrchain.theory.lattice_sums import STRIDE, Reach, cosine_sum, power_sum, sine_sum, take_apart
 
 Sides = dict[int, np.ndarray]

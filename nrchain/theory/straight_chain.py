@@ -22,15 +22,11 @@ from nrchain.hydrodynamics import slip_modes
 from nrchain.hydrodynamics.slip import Slip
 from nrchain.motion.model import Model
 from nrchain.potential.chain import REACH, TERMS, Elasticity, terms_of
-from nrchain.scene.scene import (
-    NO_SUM,
-    ChainSpec,
-    ElasticitySpec,
-    RunSpec,
-    Scene,
-    SlipSpec,
-    require_scene,
-)
+from nrchain.scene.chain_sections import ChainSpec, ElasticitySpec, RunSpec
+from nrchain.scene.checks import NO_SUM
+from nrchain.scene.fluid_sections import SlipSpec
+from nrchain.scene.loading import require_scene
+from nrchain.scene.scene import Scene
 from nrchain.theory.lattice_sums import (
     MOST_TERMS,
     STRIDE,

@@ -22,7 +22,8 @@ from typing import Any
 import numpy as np
 
 from nrchain.motion.model import Model
-from nrchain.scene.scene import Scene, load_scene
+from nrchain.scene.loading import load_scene
+from nrchain.scene.scene import Scene
 from nrchain.theory.line_loads import from_blocks, without_links
 from nrchain.theory.straight_state import StraightState, straight_state
 

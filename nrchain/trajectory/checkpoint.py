@@ -1,4 +1,4 @@
-"""Where a run can be taken up again, and what it counts: numbers of the file and what they mean."""
+"""Where a run can be resumed, and what it counts, as numbers of the file."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 
 from nrchain.trajectory import layout as h5md
+from nrchain.trajectory.checked_datasets import dataset, require_array
 from nrchain.trajectory.layout import COUNTERS
-from nrchain.trajectory.stored import dataset, require
 
 
 @dataclass(frozen=True, eq=False)
 class Checkpoint:
-    """All that a run needs to go on from ``time``.
+    """All that a run needs to resume at ``time``.
 
     ``positions (N, 3)`` and ``frames (N, 3, 3)`` are the poses, ``snapshot`` the index of the next
-    snapshot to write, ``spin`` and ``drift (3,)`` the angular velocity and the velocity of the
-    frame of reference that the integrator works in, ``counters`` the counts so far.
+    snapshot to write. ``spin`` and ``drift (3,)`` are the angular velocity and the velocity of
+    the frame of reference of the integrator, ``counters`` the counts so far.
     """
 
     time: float
@@ -32,7 +32,7 @@ class Checkpoint:
 
 
 def latest_checkpoint(file: Any, particles: int) -> Checkpoint | None:
-    """The newest whole checkpoint of a file, or None before the first."""
+    """The newest complete checkpoint of a file, or None before the first."""
     sequence = dataset(file, f"{h5md.CHECKPOINTS}/sequence", (2,), "i")[()]
     if not sequence.any():
         return None
@@ -41,7 +41,7 @@ def latest_checkpoint(file: Any, particles: int) -> Checkpoint | None:
     positions = dataset(file, f"{h5md.CHECKPOINTS}/position", (2, particles, 3))[slot]
     frames = dataset(file, f"{h5md.CHECKPOINTS}/frame", (2, particles, 3, 3))[slot]
     for name, values in {"state": state, "position": positions, "frame": frames}.items():
-        require(values, values.shape, f"{h5md.CHECKPOINTS}/{name}")
+        require_array(values, values.shape, f"{h5md.CHECKPOINTS}/{name}")
     time, snapshot, spin, *rest = state.tolist()
     return Checkpoint(
         time=time,
@@ -58,12 +58,12 @@ def counter_numbers(table: Mapping[str, float]) -> list[float]:
     """The numbers of a table of counters, in the order of the file."""
     unknown = sorted(table.keys() - set(COUNTERS))
     if unknown:
-        raise ValueError(f"no such counter as {unknown[0]!r}; known are {', '.join(COUNTERS)}")
+        raise ValueError(f"{unknown[0]!r} is not a counter; the counters are {', '.join(COUNTERS)}")
     return [float(table.get(name, 0)) for name in COUNTERS]
 
 
 def counter_table(numbers: Iterable[float]) -> dict[str, float]:
-    """The table of counters from its numbers; all but the times are whole."""
+    """The table of counters from its numbers: integers, except the times."""
     table = dict(zip(COUNTERS, numbers, strict=True))
     for name, count in table.items():
         if not 0 <= count < np.inf:

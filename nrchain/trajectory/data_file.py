@@ -1,4 +1,4 @@
-"""The file that a run writes to, whatever becomes of its name, and whoever else has it open."""
+"""The data file of a run: whether it still has its name, and protection from other writers."""
 
 from __future__ import annotations
 
@@ -7,16 +7,15 @@ from pathlib import Path
 from typing import Self
 
 from nrchain.errors import TrajectoryError
-from nrchain.trajectory.claim import fcntl, is_at
+from nrchain.trajectory.write_lock import fcntl, is_same_file
 
 
 class DataFile:
-    """The file of that name, kept free of other programs that write to it while this is open.
+    """The file of that name, locked against other programs that write while this is open.
 
-    HDF5 locks a file, for itself alone where it writes, shared where it reads: a shared lock here
-    lets readers in, in whatever order, and keeps writers out. Raises
-    :class:`~nrchain.errors.TrajectoryError` where another program has the file open for writing,
-    and OSError for a file that cannot be written.
+    HDF5 takes an exclusive lock to write and a shared one to read. The shared lock here therefore
+    lets readers in and keeps writers out. Raises :class:`~nrchain.errors.TrajectoryError` if
+    another program has the file open for writing, and OSError for a file that cannot be written.
     """
 
     def __init__(self, path: Path) -> None:
@@ -27,23 +26,23 @@ class DataFile:
             os.close(self._descriptor)
             raise TrajectoryError(f"{path}: another program has it open for writing") from error
         except OSError:
-            # no locks on this file system
+            # this file system has no locks
             return
 
     def holds(self, path: Path) -> bool:
-        """Whether this is still the file of that name."""
-        return is_at(path, self._descriptor)
+        """Whether this file still has that name."""
+        return is_same_file(path, self._descriptor)
 
     def size(self) -> int:
         """Bytes of the file."""
         return os.fstat(self._descriptor).st_size
 
     def cut(self, size: int) -> None:
-        """Leave no more than the first bytes of the file."""
+        """Keep only the first ``size`` bytes."""
         os.ftruncate(self._descriptor, size)
 
     def close(self) -> None:
-        """Let other programs write again; a second time does nothing."""
+        """Close the file and unlock it; a second time does nothing."""
         if self._descriptor >= 0:
             os.close(self._descriptor)
         self._descriptor = -1

@@ -1,4 +1,4 @@
-"""Who keeps what a run reaches: the interface, and the one that keeps it in memory."""
+"""What a run writes its snapshots to: the interface, and the recorder that keeps them in memory."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from nrchain.trajectory.trajectory import Trajectory
 
 
 class Recorder(Protocol):
-    """What the loop needs of whoever keeps the trajectory."""
+    """What a run needs of the object that keeps its trajectory."""
 
     def write(
         self, index: int, time: float, positions: np.ndarray, frames: np.ndarray, step: int
@@ -27,10 +27,10 @@ class Recorder(Protocol):
     def update_counters(self, counters: dict[str, float]) -> None: ...
 
 
-class Memory:
-    """Keeps a trajectory as arrays.
+class MemoryRecorder:
+    """Keeps a trajectory as arrays in memory.
 
-    Raises :class:`~nrchain.errors.SceneError` for more snapshots than there is memory for.
+    Raises :class:`~nrchain.errors.SceneError` for more snapshots than fit the memory.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -47,13 +47,13 @@ class Memory:
         self.positions[index], self.frames[index], self.time[index] = positions, frames, time
 
     def checkpoint(self, checkpoint: Checkpoint) -> None:
-        """Nothing outlives the process."""
+        """Do nothing: memory does not outlive the process."""
 
     def update_counters(self, counters: dict[str, float]) -> None:
         self.counters = dict(counters)
 
     def trajectory(self, scene: Scene, stop: Stop | None) -> Trajectory:
-        """What was reached, and how it ended."""
+        """The snapshots so far, and how the run ended."""
         done = int(np.isfinite(self.time).sum())
         return Trajectory(
             self.time[:done],
@@ -68,7 +68,7 @@ class Memory:
 
 
 def available_memory() -> int:
-    """Bytes that can be had without swapping: what Linux estimates, elsewhere the pages unused."""
+    """Bytes free without swapping: the estimate of Linux, elsewhere the unused pages."""
     try:
         lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
         return (

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from nrchain.errors import SceneError, TrajectoryError
-from nrchain.trajectory.file import refusing
+from nrchain.trajectory.file import file_errors
 from nrchain.trajectory.trajectory import Trajectory
 
 FORMATS = (".png", ".pdf", ".svg")
@@ -179,7 +179,7 @@ def save(figure: Any, path: Path, crop: Any = None) -> None:
 
     settle(figure)
     box = Bbox.from_bounds(0, 0, *figure.get_size_inches()) if crop is None else crop
-    with refusing(path, "cannot be drawn"):
+    with file_errors(path, "cannot be drawn"):
         figure.savefig(
             path,
             format=path.suffix[1:].lower(),

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nrchain.scene.scene import slip_text
+from nrchain.scene.derived import modes_text
 from nrchain.trajectory.trajectory import Trajectory
 from nrchain.view.drawing import (
     INK,
@@ -51,7 +51,11 @@ class Picture:
     def write_title(self, trajectory: Trajectory) -> None:
         """Write the title of the scene, and below it its slip, ends, size and how the run ended."""
         scene = trajectory.scene
-        words = [slip_text(scene), f"{scene.chain.ends} ends", f"$N$ = {scene.chain.particles}"]
+        words = [
+            modes_text(scene.slip),
+            f"{scene.chain.ends} ends",
+            f"$N$ = {scene.chain.particles}",
+        ]
         if len(trajectory.time) == 1 or trajectory.status == "stopped":
             stopped = "stopped at " * (trajectory.status == "stopped")
             words.append(f"{stopped}$t$ = {trajectory.time[-1]:.4g}")

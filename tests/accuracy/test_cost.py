@@ -19,7 +19,7 @@ from nrchain.cli.app import app
 from nrchain.cli.exits import REFUSED
 from nrchain.errors import SceneError
 from nrchain.geometry import lie
-from nrchain.planning.nominal_cost import evaluation_cost
+from nrchain.planning.counted_work import evaluation_work
 from nrchain.run import work
 from nrchain.run.work import LARGEST_FACTOR, RunCost, Work
 from nrchain.trajectory.trajectory import Trajectory
@@ -101,7 +101,7 @@ def test_runs_are_interleaved_until_the_work_is_done(monkeypatch, run):
     result = measure_all(scenes, run, repeats=3)
     assert order == [1e-3, 1e-4] * 3
     assert result["0.001"].seconds == (0.25,) * 3
-    assert result["0.001"].nominal == 100 * evaluation_cost(SMALL)
+    assert result["0.001"].nominal == 100 * evaluation_work(SMALL)
     order.clear()
     measure_all(scenes, run, repeats=3, budget=3.5 * result["0.001"].nominal)
     assert order == [1e-3, 1e-4, 1e-3]

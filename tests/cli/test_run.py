@@ -9,7 +9,7 @@ from nrchain.cli.summary import PICTURE
 from nrchain.errors import TrajectoryError
 from nrchain.planning import description
 from nrchain.run.interruption import INTERRUPTED
-from nrchain.scene.scene import load_scene
+from nrchain.scene.loading import load_scene
 from nrchain.trajectory.file import FILE_NAME
 from nrchain.trajectory.trajectory import Trajectory
 

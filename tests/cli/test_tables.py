@@ -10,7 +10,8 @@ from nrchain.accuracy.timing import Measured
 from nrchain.cli.tables import work_table
 from nrchain.cli.terminal import print_output
 from nrchain.run.work import RunCost, Work
-from nrchain.scene.scene import load_scene, scene_names
+from nrchain.scene.loading import load_scene
+from nrchain.scene.toml import scene_names
 
 
 def test_plan_writes_nothing_and_warns(tmp_path, stub, monkeypatch):

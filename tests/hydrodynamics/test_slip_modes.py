@@ -8,8 +8,8 @@ from nrchain import slip_modes
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics.flow_tables import curl, divergence, laplacian
 from nrchain.hydrodynamics.slip_mode import SlipMode
-from nrchain.planning.scene_changes import changes_of
-from nrchain.scene.scene import load_scene
+from nrchain.planning.effect_changes import changes_of
+from nrchain.scene.loading import load_scene
 
 # Physics reference, section 2: a w / V over powers of a/r, written out by hand.
 PRINTED_SPINS = {

@@ -8,7 +8,7 @@ from nrchain.errors import SceneError
 from nrchain.hydrodynamics.friction import PairFriction
 from nrchain.motion import definiteness
 from nrchain.motion.definiteness import is_cut, least_mobility
-from nrchain.planning.start import starting_poses
+from nrchain.planning.checked_start import starting_poses
 from nrchain.theory.straight_chain import StraightChain
 
 
@@ -55,7 +55,7 @@ def test_a_wrench_of_that_eigenvalue_gains_energy():
 
 @pytest.mark.parametrize("ends", ["free", "clamped", "periodic"])
 def test_a_cut_that_is_not_positive_definite_is_refused_with_one_that_is(ends):
-    with pytest.raises(SceneError, match="must be 'all', or 2, which holds here") as caught:
+    with pytest.raises(SceneError, match="must be 'all', or 2, which is enough here") as caught:
         nrchain.simulate(chain(1, **{"chain.ends": ends}))
     assert caught.value.key == "friction.neighbours"
     assert caught.value.value == 1

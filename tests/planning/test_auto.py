@@ -11,22 +11,14 @@ import nrchain
 from nrchain.accuracy.timing import distance
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.outcome import Cause
-from nrchain.planning.auto import (
-    CLOSE,
-    MARGIN,
-    _left_out,
-    _subsets,
-    _tried,
-    carry_on,
-    choose,
-    full_scene,
-    ladder,
-)
+from nrchain.planning.auto import _subsets, candidate_sets, choose, full_scene
+from nrchain.planning.checked_start import starting_poses
 from nrchain.planning.choice import BREACH, WINDOW, Choice
+from nrchain.planning.counted_work import evaluation_work
 from nrchain.planning.description import describe
 from nrchain.planning.estimate import estimate_effects
-from nrchain.planning.nominal_cost import Fluid, evaluation_cost
-from nrchain.planning.start import starting_poses
+from nrchain.planning.hydrodynamic_set import HydrodynamicSet
+from nrchain.planning.probe import CLOSE, MARGIN, _left_out, extrapolate, run_probe
 from nrchain.scene.scene import Scene
 
 QUIET = {"run.end": 4.0, "run.snapshots": 81, "effects": "auto", "tolerance": 0.02}
@@ -45,7 +37,7 @@ def test_the_keys_survive_a_file_and_are_checked(quiet):
     with pytest.raises(SceneError, match="effects"):
         nrchain.load_scene(quiet, effects="named")
     for taken in ({"slip.neighbours": 2}, {"slip.finite_size": True}, {"friction": "pairwise"}):
-        with pytest.raises(SceneError, match="chosen by effects"):
+        with pytest.raises(SceneError, match="set by effects"):
             nrchain.load_scene(quiet, **taken)
 
 
@@ -71,17 +63,17 @@ def test_a_tolerance_too_small_for_less_gives_the_full_model(quiet):
 
 def test_a_set_tried_costs_clearly_less_than_any_fuller_one():
     full = full_scene(nrchain.load_scene("buckling", **{"chain.particles": 300}))
-    sets = ladder(full)
-    costs = [evaluation_cost(full, one) for one in sets]
+    sets = candidate_sets(full)
+    costs = [evaluation_work(full, one) for one in sets]
     assert len(sets) > 3
     assert costs == sorted(costs)
     assert all(
         a >= 1.5 * b
         for one, a in zip(sets, costs, strict=True)
         for other, b in zip(sets, costs, strict=True)
-        if one != other and one.holds(other) and other != sets[0]
+        if one != other and one.contains(other) and other != sets[0]
     )
-    assert all(Fluid.of(one.applied(full)) == one for one in sets)
+    assert all(HydrodynamicSet.of_scene(one.apply_to(full)) == one for one in sets)
 
 
 def test_a_run_stops_when_what_is_left_out_grows(quiet):
@@ -153,12 +145,12 @@ def test_a_net_force_on_a_periodic_chain_leaves_out_the_friction_it_cannot_have(
     full = full_scene(scene)
     assert full.friction.kind == "one-body"
     assert full.slip.neighbours == "all"
-    assert all(one.friction == 0.0 for one in ladder(full))
+    assert all(one.friction == 0.0 for one in candidate_sets(full))
     chosen, choice = choose(scene)
     assert chosen.friction.kind == "one-body"
     assert "no part of it: field" in choice.lines()[0]
     bare = nrchain.load_scene(scene, **{"slip.2s": None})
-    assert ladder(full_scene(bare)) == []
+    assert candidate_sets(full_scene(bare)) == []
     assert choose(bare)[1].left_out == ()
 
 
@@ -168,10 +160,10 @@ def test_the_full_model_has_the_disturbance_of_a_flow_by_all_spheres():
     full = full_scene(scene)
     assert (full.flow.neighbours, full.flow.finite_size) == ("all", True)
     assert full.slip == scene.slip  # no mode has a strength
-    near = ladder(nrchain.load_scene(full, **{"chain.particles": 300}))
+    near = candidate_sets(nrchain.load_scene(full, **{"chain.particles": 300}))
     assert min(one.strain for one in near) < 300
     assert all(one.slip == 0.0 for one in near)
-    assert evaluation_cost(full) > evaluation_cost(full, near[0])
+    assert evaluation_work(full) > evaluation_work(full, near[0])
     told = describe(scene)
     assert not told.without_effect
     assert not told.warnings  # a passive chain has no slip to warn of
@@ -181,10 +173,10 @@ def test_a_set_cuts_all_flows_alike_and_is_told_by_name():
     sheared = {"flow.gradient": [[0.0, 0.01, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]}
     full = full_scene(nrchain.load_scene("passive", **QUIET, **sheared, **{"slip.2s": 1.0}))
     sets = _subsets(full)
-    assert Fluid.of(full) not in sets
-    assert all(Fluid.of(one.applied(full)) == one for one in sets)
+    assert HydrodynamicSet.of_scene(full) not in sets
+    assert all(HydrodynamicSet.of_scene(one.apply_to(full)) == one for one in sets)
     assert all(one.slip == one.strain for one in sets)
-    chosen = Fluid(0.0, 2.0, 2.0, False).applied(full)
+    chosen = HydrodynamicSet(0.0, 2.0, 2.0, False).apply_to(full)
     assert list(_left_out(full, chosen)) == [
         "slip beyond 2 neighbours a side",
         "strain beyond 2 neighbours a side",
@@ -197,19 +189,19 @@ def test_a_set_cuts_all_flows_alike_and_is_told_by_name():
 def test_the_cost_of_a_disturbed_flow_grows_with_its_reach_and_its_finite_size():
     sheared = {"flow.gradient": [[0.0, 0.01, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]}
     full = full_scene(nrchain.load_scene("passive", **QUIET, **sheared, **{"slip.2s": 1.0}))
-    whole = Fluid.of(full)
+    whole = HydrodynamicSet.of_scene(full)
     costs = [
-        evaluation_cost(full, whole._replace(**changes))
+        evaluation_work(full, whole._replace(**changes))
         for changes in ({"strain": 0.0}, {"strain": 2.0}, {"strain": 12.0}, {})
     ]
     assert costs == sorted(costs)
     assert len(set(costs)) == len(costs)
     alone = nrchain.load_scene(full, **{"slip.2s": None})
     leading = nrchain.load_scene(alone, **{"flow.finite_size": False})
-    assert evaluation_cost(leading) < evaluation_cost(alone) < evaluation_cost(full)
+    assert evaluation_work(leading) < evaluation_work(alone) < evaluation_work(full)
     cut = nrchain.load_scene(leading, **{"slip.2s": 1.0, "slip.neighbours": 3})
     cut = nrchain.load_scene(cut, **{"flow.neighbours": 5, "slip.finite_size": False})
-    assert Fluid.of(cut) == (math.inf, 3.0, 5.0, False)
+    assert HydrodynamicSet.of_scene(cut) == (math.inf, 3.0, 5.0, False)
 
 
 @pytest.mark.parametrize(
@@ -227,11 +219,11 @@ def test_what_is_allowed_is_what_the_probe_found_about_that_time(time, velocity)
 def test_a_difference_is_carried_on_by_its_own_law():
     times = np.linspace(0.0, 10.0, 41)
     growing = 1e-3 * np.exp(0.5 * times)
-    assert carry_on(times, growing, 20.0) == pytest.approx(1e-3 * math.exp(10.0))
-    assert carry_on(times, 0.3 * times, 20.0) == pytest.approx(6.0)
-    assert carry_on(times, np.exp(-times), 20.0) == math.exp(-10.0)
-    assert carry_on(times, 0.3 * np.sqrt(times), 40.0) == pytest.approx(0.3 * math.sqrt(40.0))
-    assert carry_on(times, 0.3 * times**2, 20.0) == pytest.approx(2.0 * 0.3 * 10.0**2)
+    assert extrapolate(times, growing, 20.0) == pytest.approx(1e-3 * math.exp(10.0))
+    assert extrapolate(times, 0.3 * times, 20.0) == pytest.approx(6.0)
+    assert extrapolate(times, np.exp(-times), 20.0) == math.exp(-10.0)
+    assert extrapolate(times, 0.3 * np.sqrt(times), 40.0) == pytest.approx(0.3 * math.sqrt(40.0))
+    assert extrapolate(times, 0.3 * times**2, 20.0) == pytest.approx(2.0 * 0.3 * 10.0**2)
 
 
 OWN_UNITS = {"chain.radius": 0.5, "chain.viscosity": 2.0, "chain.spacing": 7.0}
@@ -275,7 +267,7 @@ def strays():
     """Two sets of which the cheapest strays too far late, and the dearer one does not."""
     scene = nrchain.load_scene("passive", **QUIET, **OWN_UNITS, **{"slip.2s": 10.0})
     full, begin = full_scene(scene), starting_poses(scene)
-    alone = [_tried(1e3, full, [one], begin, 20.0).distances[1] for one in ladder(full)]
+    alone = [run_probe(1e3, full, [one], begin, 20.0).distances[1] for one in candidate_sets(full)]
     cheap, dear = (far[-1] for far in alone)
     tolerance = 1.05 * MARGIN * dear
     assert tolerance < 0.95 * MARGIN * cheap
@@ -285,21 +277,21 @@ def strays():
 def test_a_dearer_set_is_followed_until_the_cheapest_is_far_nearer_than_allowed(strays):
     scene, full, begin = strays
     chosen, choice = choose(scene)
-    dear = ladder(full)[1]
-    assert choice.left_out == tuple(_left_out(full, dear.applied(full)))
+    dear = candidate_sets(full)[1]
+    assert choice.left_out == tuple(_left_out(full, dear.apply_to(full)))
     assert difference(chosen, full, scene.run.end) < scene.tolerance
-    loose = _tried(1e3, full, ladder(full), begin, 20.0)
+    loose = run_probe(1e3, full, candidate_sets(full), begin, 20.0)
     assert loose.run.members == [0, 1]
 
 
 def test_a_probe_that_its_budget_ends_has_looked_at_all_it_followed(strays):
     """Also where the cheapest set is no longer followed."""
     scene, full, begin = strays
-    whole = _tried(scene.tolerance, full, ladder(full), begin, 20.0)
+    whole = run_probe(scene.tolerance, full, candidate_sets(full), begin, 20.0)
     assert whole.run.members == [0, 2]
     between = 0
     for part in np.linspace(0.6, 0.98, 12):
-        probe = _tried(scene.tolerance, full, ladder(full), begin, part * whole.run.work)
+        probe = run_probe(scene.tolerance, full, candidate_sets(full), begin, part * whole.run.work)
         assert probe.reached[-1] == probe.run.time
         between += probe.run.members == [0, 2] and probe.run.time not in whole.reached
     assert between
@@ -342,7 +334,9 @@ def test_neglected_velocities_are_those_of_rotne_and_prager_in_radii():
         np.linalg.norm(velocities, axis=1).max() / scene.chain.radius,
         np.linalg.norm(spins, axis=1).max(),
     )
-    probe = _tried(3.0, full_scene(scene), [Fluid(0.0, 0.0, 0.0, False)], (positions, frames), 0.0)
+    probe = run_probe(
+        3.0, full_scene(scene), [HydrodynamicSet(0.0, 0.0, 0.0, False)], (positions, frames), 0.0
+    )
     assert probe.velocities[1][0] == pytest.approx(expected, rel=1e-6)
     named = nrchain.load_scene(scene, effects="named", tolerance=None)
     told = {e.change.effect: e for e in estimate_effects(named, budget=1e-3).estimates}
@@ -379,7 +373,7 @@ def test_a_set_that_saves_too_little_is_told_with_its_error():
     scene = nrchain.load_scene(scene, tolerance=2.0 * found)
     full, choice = choose(scene)
     assert full == full_scene(scene)
-    assert ladder(full) == []
+    assert candidate_sets(full) == []
     told = choice.forgone
     assert 1.0 / 1.5 < told.work < 1.0
     assert told.error == pytest.approx(1.1 * found, abs=2.0 * CLOSE * scene.tolerance)
@@ -403,15 +397,15 @@ def test_the_work_told_falls_with_the_pairs_that_are_left_out():
     def share(count):
         scene = nrchain.load_scene("buckling", **OWN_UNITS, **{"chain.particles": count})
         full = full_scene(scene)
-        return evaluation_cost(full, ladder(full)[0]) / evaluation_cost(full)
+        return evaluation_work(full, candidate_sets(full)[0]) / evaluation_work(full)
 
     assert share(8000) / share(4000) == pytest.approx(0.5, rel=0.05)
 
 
 def test_the_work_told_is_that_of_the_cheapest_set_and_of_the_one_chosen(quiet):
     full = full_scene(quiet)
-    expected = evaluation_cost(nrchain.load_scene(full, friction="one-body"))
-    expected /= evaluation_cost(full)
+    expected = evaluation_work(nrchain.load_scene(full, friction="one-body"))
+    expected /= evaluation_work(full)
     assert choose(quiet)[1].work == expected
     refused = choose(nrchain.load_scene(quiet, tolerance=1e-4))[1]
     assert refused.forgone.work == expected

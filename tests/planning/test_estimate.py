@@ -11,9 +11,9 @@ import nrchain
 from nrchain import work
 from nrchain.accuracy.effect_cells import COLUMNS
 from nrchain.accuracy.plan_effects import plan_effects
+from nrchain.planning.effect_changes import possible_changes
 from nrchain.planning.estimate import estimate_effects
-from nrchain.planning.paired import apart
-from nrchain.planning.scene_changes import changes_of
+from nrchain.planning.shared_steps import largest_distance
 
 SHORT = {"run.end": 30.0, "run.snapshots": 3, "chain.particles": 12}
 
@@ -40,7 +40,7 @@ def test_effects_are_named_with_the_scene_that_lacks_or_has_them():
     scene = nrchain.load_scene(
         "buckling", **{"slip.neighbours": 4, "slip.finite_size": True, "friction": "pairwise"}
     )
-    found = {change.effect: change for change in changes_of(scene)}
+    found = {change.effect: change for change in possible_changes(scene)}
     assert found["reach"].scene.slip.neighbours == 1
     assert found["slip of all pairs"].scene.slip.neighbours == "all"
     assert found["finite size"].kind == "drop"
@@ -64,7 +64,7 @@ def test_the_growth_of_an_effect_is_that_of_the_lattice():
 def test_a_change_that_is_costly_holds_up_no_other():
     """Without shear this chain slides along its own bonds, at ten times the steps."""
     scene = nrchain.load_scene("helix-left")
-    changes = [c for c in changes_of(scene) if c.effect in ("shear", "slip 3a")]
+    changes = [c for c in possible_changes(scene) if c.effect in ("shear", "slip 3a")]
     told = {e.change.effect: e for e in estimate_effects(scene, changes, budget=0.5).estimates}
     assert told["slip 3a"].ends
     assert told["slip 3a"].until == scene.run.end
@@ -75,13 +75,15 @@ def test_a_change_that_is_costly_holds_up_no_other():
 
 def test_where_a_run_stops_the_difference_is_that_of_its_stop():
     scene = nrchain.load_scene("spiral-left")
-    changes = [c for c in changes_of(scene) if c.effect == "twist"]
+    changes = [c for c in possible_changes(scene) if c.effect == "twist"]
     one = estimate_effects(scene, changes).estimates[0]
     assert one.ends
     assert "without it the run stops: link-turned" in one.stops
     early = {"run.end": 0.999 * one.until, "run.snapshots": 2}
     runs = [nrchain.simulate(nrchain.load_scene(s, **early)) for s in (scene, one.change.scene)]
-    found = apart(*((run.positions[-1], run.frames[-1]) for run in runs), scene.chain.radius)
+    found = largest_distance(
+        *((run.positions[-1], run.frames[-1]) for run in runs), scene.chain.radius
+    )
     assert (one.displacement, one.turn) == pytest.approx(found, rel=0.05)
 
 
@@ -181,7 +183,7 @@ def test_the_reach_of_a_disturbed_flow_is_a_change():
         ("passive", near, {"finite size of strain", "strain of all pairs"}),
         ("buckling", sheared, {"finite size", "finite size of strain", "slip of all pairs"}),
     ):
-        changes = changes_of(nrchain.load_scene(name, **SHORT, **flow))
+        changes = possible_changes(nrchain.load_scene(name, **SHORT, **flow))
         added = {c.effect: c.scene for c in changes if c.kind == "add"}
         assert set(added) == expected | {"friction between spheres"}
         assert added["finite size of strain"].flow.finite_size

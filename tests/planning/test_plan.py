@@ -98,7 +98,7 @@ def test_a_chain_of_two_strengths_is_judged_by_its_own_links():
     tension = np.cumsum(forces[:, 0].mean() - forces[:, 0])[:-1]
     most = int(np.argmax(np.abs(tension)))
     told = {line.quantity: line for line in plan(scene).lines}
-    assert told["tension"].value == f"{tension[most]:.4g} in link {most}"
+    assert told["tension"].value == f"T = {tension[most]:.4g} in link {most}"
     swims = {line.quantity: line for line in plan(scene).lines}["swims"].value
     assert numbers(swims) == [pytest.approx(forces[:, 0].mean() / GAMMA, rel=1e-3)]
 

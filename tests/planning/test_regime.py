@@ -20,7 +20,7 @@ def test_a_chain_that_tears_is_announced_with_a_remedy_that_holds():
     scene = nrchain.load_scene("buckling", **{"chain.particles": 64, "chain.ends": "free"})
     (text,) = warnings(scene)
     # λd = 1.6 against what the pair forces leave to the links (the paper's Eq. 2s_prestress)
-    assert "tension 44 of a link is 28 of λ∥d = 1.6" in text
+    assert "tension T = 44 of a link is 28 times λ∥d = 1.6" in text
     assert text.startswith("out of the beam limit")
     assert nrchain.simulate(nrchain.load_scene(scene, **{"run.end": 200})).status == "stopped"
     ratio = float(re.search(r"elasticity.ratio = (\S+) holds it$", text)[1])
@@ -41,7 +41,9 @@ def test_a_chain_is_judged_by_what_all_its_spheres_do_together():
     strong, weak = (6 * math.pi * 7 / 300 * one for one in (200.0, 1.0))
     drag = (strong - weak) / 20
     (told,) = warnings(end)
-    assert f"tension {2 * drag - strong + 2 * weak:.3g} of a link is 0.41 of λ∥d = 193" in told
+    assert (
+        f"tension T = {2 * drag - strong + 2 * weak:.3g} of a link is 0.41 times λ∥d = 193" in told
+    )
     assert warnings(nrchain.load_scene(end, **{"slip.2s": [20.0] + [1.0] * 19})) == []
 
 
@@ -49,7 +51,7 @@ def test_shear_is_judged_and_cured_by_itself():
     soft = {"elasticity": {"ratio": None, "stretch": 500.0, "shear": 5.0}}
     scene = nrchain.load_scene("buckling", **soft)
     (told,) = warnings(scene)
-    assert "is 0.88 of λ⊥d = 50, and tangents turn away" in told
+    assert "is 0.88 times λ⊥d = 50, and links turn away" in told
     shear = float(re.search(r"elasticity.shear = (\S+) holds it$", told)[1])
     assert warnings(nrchain.load_scene(scene, **{"elasticity.shear": shear})) == []
 
@@ -63,7 +65,7 @@ def test_what_cannot_be_judged_is_said():
     """A straight chain that turns across itself, and strengths beyond the range of floats."""
     tilted = {"slip.4a": 100.0, "slip.4a.axis": [1.0, 1.0, 0.0]}
     (told,) = warnings(nrchain.load_scene("passive", **tilted))
-    assert "cannot be judged beforehand: slip = " in told
+    assert "cannot be judged before the run: slip = " in told
     assert any("cannot" in x for x in warnings(nrchain.load_scene("stable", **{"slip.2s": -1e200})))
 
 

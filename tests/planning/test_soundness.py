@@ -11,7 +11,8 @@ import nrchain
 from nrchain.outcome import Cause
 from nrchain.planning.regime import warnings
 from nrchain.planning.remedies import holds, remedy
-from nrchain.planning.soundness import Weak, judge
+from nrchain.planning.soundness import judge
+from nrchain.planning.weaknesses import Weak
 
 TORN = 0.5
 """A bond that has changed by this part of d is torn."""

@@ -6,7 +6,7 @@ import pytest
 import nrchain
 from nrchain.motion.integrators import INTEGRATORS
 from nrchain.outcome import Cause
-from nrchain.planning.start import starting_poses
+from nrchain.planning.checked_start import starting_poses
 
 
 def test_a_chain_that_swims_ten_million_lengths_takes_no_more_steps():

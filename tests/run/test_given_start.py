@@ -13,8 +13,9 @@ import nrchain
 from nrchain.cli.app import app
 from nrchain.errors import SceneError
 from nrchain.inputs.arrays import GivenArray
-from nrchain.planning.start import starting_poses
-from nrchain.scene.scene import Scene, load_scene
+from nrchain.planning.checked_start import starting_poses
+from nrchain.scene.loading import load_scene
+from nrchain.scene.scene import Scene
 from nrchain.trajectory.file import FILE_NAME
 
 COUNT, SPACING = 6, 7.0

@@ -21,8 +21,8 @@ from nrchain.analysis import measure
 from nrchain.errors import NrchainError, SceneError, TrajectoryError
 from nrchain.hydrodynamics import sharing
 from nrchain.planning import auto, estimate, plan
-from nrchain.planning.paired import PairedRun
-from nrchain.planning.start import starting_poses
+from nrchain.planning.checked_start import starting_poses
+from nrchain.planning.shared_steps import SharedStepRun
 from nrchain.run import preparation
 from nrchain.view import effect_plots, plots
 
@@ -137,7 +137,7 @@ def test_nor_does_it_change_while_a_run_goes_on(integrator):
 
 
 def test_the_arithmetic_between_the_steps_of_paired_runs_is_their_consumers():
-    pair = PairedRun([scene(), scene(**{"slip.2s": 90.0})], starting_poses(scene()), 1e-6)
+    pair = SharedStepRun([scene(), scene(**{"slip.2s": 90.0})], starting_poses(scene()), 1e-6)
     before = np.geterr()
     assert [np.geterr() for _ in pair.go([0.5, 1.0, 2.0])] == [before] * 3
 

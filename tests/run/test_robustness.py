@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import nrchain
 from nrchain.errors import SceneError
 from nrchain.outcome import Cause
-from nrchain.planning.start import starting_poses
+from nrchain.planning.checked_start import starting_poses
 from nrchain.trajectory import recorder as recording
 from validation.hard_cases import charts
 from validation.hard_cases.agreement import LEEWAY
@@ -247,7 +247,7 @@ def test_a_full_disk_refuses_snapshots_and_says_how_many_fit(tmp_path, monkeypat
     usage = shutil.disk_usage(tmp_path)
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=100 * 2**10))
     with pytest.raises(
-        SceneError, match=r"1\.85 MiB, where 96.* kiB are free .*; 50 would fit"
+        SceneError, match=r"1\.85 MiB, and 96.* kiB are free .*; 50 snapshots would fit"
     ) as caught:
         nrchain.simulate(scene, output=tmp_path / "x.h5")
     assert (caught.value.key, caught.value.value) == ("run.snapshots", 1000)

@@ -15,7 +15,7 @@ from nrchain.accuracy.cost import work_precision
 from nrchain.accuracy.plan_effects import plan_effects
 from nrchain.accuracy.timing import predict_cost
 from nrchain.cli.app import app
-from nrchain.planning.nominal_cost import evaluation_cost
+from nrchain.planning.counted_work import evaluation_work
 from nrchain.run.work import (
     LAPS,
     LARGEST_FACTOR,
@@ -247,7 +247,7 @@ def test_what_is_foretold_of_a_part_holds_for_the_whole():
     with fake_processor(Processor()):
         whole = cost_of(nrchain.simulate(scene))
         part = predict_cost(
-            scene, allowed=0.3 * whole.work.evaluations * evaluation_cost(scene)
+            scene, allowed=0.3 * whole.work.evaluations * evaluation_work(scene)
         ).cost
     assert 1.0 / LARGEST_FACTOR < part.part < 0.5
     least, most = part.whole

@@ -14,20 +14,12 @@ from nrchain import slip_modes
 from nrchain.effects.steric import StericSpec
 from nrchain.errors import NOT_GIVEN, SceneError, TrajectoryError
 from nrchain.hydrodynamics.slip import Slip
+from nrchain.scene.chain_sections import ChainSpec, ElasticitySpec, RunSpec, StartSpec
+from nrchain.scene.fluid_sections import FrictionSpec, SlipSpec
+from nrchain.scene.loading import load_scene
 from nrchain.scene.poses import initial_poses
-from nrchain.scene.scene import (
-    ChainSpec,
-    ElasticitySpec,
-    FrictionSpec,
-    RunSpec,
-    Scene,
-    SlipSpec,
-    StartSpec,
-    load_scene,
-    parse_assignment,
-    scene_names,
-    scene_path,
-)
+from nrchain.scene.scene import Scene
+from nrchain.scene.toml import parse_assignment, scene_names, scene_path
 from nrchain.trajectory.trajectory import Trajectory
 from nrchain.trajectory.writer import TrajectoryWriter
 

@@ -13,7 +13,7 @@ from nrchain import measure
 from nrchain.analysis.measure import MeasurementError
 from nrchain.effects.registry import effects
 from nrchain.errors import SceneError
-from nrchain.planning.start import starting_poses
+from nrchain.planning.checked_start import starting_poses
 from nrchain.scene.unwrapping import CLEAR, unwrapped
 
 D, A = 7.0, 1.5
@@ -173,7 +173,7 @@ def test_a_sphere_half_a_period_off_is_refused_by_name(count, off):
     frames = np.tile(np.eye(3), (count, 1, 1))
     positions[1, 0] += off * count * D
     elastic = {"spacing": D, "ends": "periodic", **MODULI}
-    refused = pytest.raises(SceneError, match=r"^positions = 'sphere [0-9]+': wrapped")
+    refused = pytest.raises(SceneError, match=r"^positions = 'sphere [0-9]+': is wrapped")
     with refused as told:
         nrchain.elastic_energy(positions, frames, **elastic)
     # of the two links of a sphere that is off, either names one of its ends
@@ -211,7 +211,7 @@ def test_links_that_close_over_no_period_are_refused():
 def test_images_so_far_that_rounding_shows_are_refused(far):
     positions = D * np.arange(6)[:, None] * [1.0, 0.0, 0.0]
     positions[3, 0] = far
-    with pytest.raises(SceneError, match=r"'sphere [34]': wrapped, (at x = |or torn off)"):
+    with pytest.raises(SceneError, match=r"'sphere [34]': is wrapped(, at x = | or torn off)"):
         unwrapped(positions, D)
 
 

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from nrchain.scene.scene import Scene, load_scene
+from nrchain.scene.loading import load_scene
+from nrchain.scene.scene import Scene
 
 MIXES = (("2s",), ("3t",), ("4a",), ("3a",), ("2s", "3t"), ("2s", "3a"), ("3t", "4a"), ("2s", "4a"))
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from nrchain import slip_modes
 from nrchain.errors import SceneError
 from nrchain.motion.model import Model
-from nrchain.scene.scene import load_scene
+from nrchain.scene.loading import load_scene
 from nrchain.theory.lattice import (
     Branch,
     lattice_operator,

@@ -18,7 +18,7 @@ from nrchain.effects.registry import acting
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.outcome import Cause
 from nrchain.run.simulation import resume, simulate
-from nrchain.scene.scene import load_scene
+from nrchain.scene.loading import load_scene
 from nrchain.trajectory import layout as h5md
 from nrchain.trajectory import writer as trajectory_writer
 from nrchain.trajectory.checkpoint import Checkpoint
@@ -392,7 +392,7 @@ def test_arrays_of_the_wrong_shape_or_not_finite_are_refused(path):
             writer.write(0, 0.0, positions, frames[0], 0)
         with pytest.raises(ValueError, match="time: not all values are finite"):
             writer.write(0, np.nan, positions, frames, 0)
-        with pytest.raises(ValueError, match=r"no such counter as 'step'; known are steps"):
+        with pytest.raises(ValueError, match=r"'step' is not a counter; the counters are steps"):
             writer.update_counters({"step": 1})
     with pytest.raises(ValueError, match=r"positions: shape"):
         Trajectory(TIMES, np.zeros((5, 3, 3)), np.zeros((5, 4, 3, 3)), make_scene())
@@ -615,7 +615,7 @@ CHILD = """
 import sys
 import numpy as np
 from nrchain.trajectory.checkpoint import Checkpoint
-from nrchain.scene.scene import load_scene
+from nrchain.scene.loading import load_scene
 from nrchain.trajectory.writer import TrajectoryWriter
 
 scene = load_scene({"chain.particles": 300, "run.end": 1.0})

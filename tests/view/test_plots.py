@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
 from nrchain.errors import SceneError, TrajectoryError
-from nrchain.scene.scene import load_scene, slip_text
+from nrchain.scene.derived import modes_text
+from nrchain.scene.loading import load_scene
 from nrchain.trajectory.trajectory import Trajectory
 from nrchain.view.chain_views import DISCERNIBLE
 from nrchain.view.panels import SLENDER
@@ -200,8 +201,8 @@ def test_the_title_tells_what_was_run(tmp_path, figures):
         ({"3t": [7, 7, 7]}, "3t +7"),
     ],
 )
-def test_slip_text(slip, text):
-    assert slip_text(load_scene({"chain.particles": 3, "run.end": 1, "slip": slip})) == text
+def test_modes_text(slip, text):
+    assert modes_text(load_scene({"chain.particles": 3, "run.end": 1, "slip": slip})) == text
 
 
 @pytest.mark.parametrize(
@@ -234,9 +235,9 @@ def test_no_global_figure_machinery_is_loaded():
 import sys, tempfile, numpy as np
 from nrchain.view.plots import draw_chain
 assert "matplotlib" not in sys.modules
-from nrchain.scene.scene import load_scene
+from nrchain.scene.loading import load_scene
 from nrchain.trajectory.trajectory import Trajectory
-from nrchain.scene.scene import slip_text
+from nrchain.scene.derived import modes_text
 scene = load_scene({"chain.particles": 3, "run.end": 1.0})
 trajectory = Trajectory(np.zeros(1), np.zeros((1, 3, 3)), np.zeros((1, 3, 3, 3)), scene)
 with tempfile.TemporaryDirectory() as directory:

@@ -12,7 +12,7 @@ import nrchain
 from nrchain.motion.charts import ChartedChain
 from nrchain.motion.model import Model
 from nrchain.outcome import Cause
-from nrchain.planning.start import starting_poses
+from nrchain.planning.checked_start import starting_poses
 from nrchain.watch import growing_modes, growth
 from nrchain.watch.growing_modes import growth_about_base
 

@@ -9,9 +9,9 @@ from typer.testing import CliRunner
 
 import nrchain
 from nrchain.cli.app import app
-from nrchain.planning.paired import PairedRun
+from nrchain.planning.checked_start import starting_poses
 from nrchain.planning.regime import warnings
-from nrchain.planning.start import starting_poses
+from nrchain.planning.shared_steps import SharedStepRun
 from nrchain.scene.poses import initial_poses
 from nrchain.watch.seed import bend_growth_exponent, seed_amplitude
 from validation.hard_cases.gallery import GALLERY
@@ -99,7 +99,7 @@ def test_growth_that_cannot_be_judged_refuses_nothing():
 def test_probes_resolve_a_seed_below_their_own_tolerance():
     """At the probe's 3e-5 nothing of a start of 1e-6 would be seen to grow."""
     scene = buckling(**{"start.amplitude": 1e-6, "run.atol": 1e-9})
-    probe = PairedRun([scene], starting_poses(scene), 3e-5)
+    probe = SharedStepRun([scene], starting_poses(scene), 3e-5)
     list(probe.go([1000.0]))
     run = nrchain.simulate(scene)
     offset = float(np.abs(probe.poses[0][0][:, 1:]).max())

@@ -16,11 +16,11 @@ from matplotlib.figure import Figure
 
 from nrchain import Scene, Trajectory, auto, load_scene, simulate, work
 from nrchain.accuracy.timing import distance
-from nrchain.planning.nominal_cost import Fluid
+from nrchain.planning.hydrodynamic_set import HydrodynamicSet
 from validation.effects.scenes import completed, long_scene, random_scene
 from validation.report.recorder import Recorder
 
-CHOSEN = (
+AUTO_KEYS = (
     *("slip.neighbours", "slip.finite_size"),
     *("flow.neighbours", "flow.finite_size"),
     *("friction.kind", "friction.neighbours"),
@@ -48,8 +48,8 @@ class Outcome:
     tolerance: float
     error: float
     choice: auto.Choice
-    chosen: Fluid
-    best: Fluid
+    chosen: HydrodynamicSet
+    best: HydrodynamicSet
     chosen_seconds: float
     choosing: float
     rival: float
@@ -71,7 +71,7 @@ def compare(recorder: Recorder) -> None:
 
 def _left_to_choice(scene: Scene, tolerance: float) -> Scene:
     """The scene with ``effects = "auto"``, short enough for all models to complete."""
-    scene = load_scene(scene, **dict.fromkeys(CHOSEN))
+    scene = load_scene(scene, **dict.fromkeys(AUTO_KEYS))
     full = auto.full_scene(scene)
     scene = load_scene(scene, **{"run.end": completed(full).run.end})
     return load_scene(scene, effects="auto", tolerance=tolerance)
@@ -86,14 +86,16 @@ def _outcome(name: str, scene: Scene) -> Outcome:
         choosing = min(choosing, clock.process_time() - began)
     full = auto.full_scene(scene)
     reference = simulate(full)
-    sets = {fluid: fluid.applied(full) for fluid in _sets(full)}
+    sets = {fluid: fluid.apply_to(full) for fluid in _sets(full)}
     runs = {fluid: _timed(one) for fluid, one in sets.items()}
-    chosen = Fluid.of(concrete)
+    chosen = HydrodynamicSet.of_scene(concrete)
     if chosen not in runs:
         sets[chosen], runs[chosen] = concrete, _timed(concrete)
     good = [f for f, (run, _) in runs.items() if _error(run, reference) <= scene.tolerance]
     quickest = sorted(good, key=lambda fluid: runs[fluid][1])[:3]
-    tasks = {fluid: partial(_timed, sets[fluid]) for fluid in (*quickest, Fluid.of(full))}
+    tasks = {
+        fluid: partial(_timed, sets[fluid]) for fluid in (*quickest, HydrodynamicSet.of_scene(full))
+    }
     *others, own = _least([*tasks.values(), partial(_timed, concrete, choice)])
     times = dict(zip(tasks, others, strict=True))
     best = min(quickest, key=lambda fluid: times[fluid])
@@ -107,7 +109,7 @@ def _outcome(name: str, scene: Scene) -> Outcome:
         own,
         choosing,
         times[best],
-        times[Fluid.of(full)],
+        times[HydrodynamicSet.of_scene(full)],
         _stated_work(choice, full, concrete),
     )
 
@@ -117,9 +119,9 @@ def _stated_work(choice: auto.Choice, full: Scene, chosen: Scene) -> float:
     told, less = choice.work, chosen
     if choice.forgone:
         told = choice.forgone.work
-        if not (sets := auto.ladder(full)):
+        if not (sets := auto.candidate_sets(full)):
             return math.nan
-        less = sets[0].applied(full)
+        less = sets[0].apply_to(full)
     shares = []
     for _ in range(REPEATS):
         costs = [work.cost_of(simulate(scene)) for scene in (less, full)]
@@ -130,9 +132,9 @@ def _stated_work(choice: auto.Choice, full: Scene, chosen: Scene) -> float:
     return told / float(np.median(shares))
 
 
-def _sets(full: Scene) -> list[Fluid]:
+def _sets(full: Scene) -> list[HydrodynamicSet]:
     """All combinations that the study tries."""
-    whole, count = Fluid.of(full), full.chain.particles
+    whole, count = HydrodynamicSet.of_scene(full), full.chain.particles
     reaches = [r for r in REACHES if r < count - 1 or math.isinf(r)]
     sizes = sorted({whole.finite_size, False})
     flows = {
@@ -141,7 +143,7 @@ def _sets(full: Scene) -> list[Fluid]:
         for size in sizes
     }
     frictions = [0.0, *(r for r in reaches if r in (4.0, math.inf))]
-    return [Fluid(friction, *flow) for friction in frictions for flow in sorted(flows)]
+    return [HydrodynamicSet(friction, *flow) for friction in frictions for flow in sorted(flows)]
 
 
 def _timed(scene: Scene, choice: auto.Choice | None = None) -> tuple[Trajectory, float]:

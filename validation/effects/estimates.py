@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from nrchain import Scene, SceneError, Trajectory, estimate, load_scene, simulate
 from nrchain.motion.model import Model
-from nrchain.planning.paired import apart
-from nrchain.planning.scene_changes import Change
+from nrchain.planning.effect_changes import Change
+from nrchain.planning.shared_steps import largest_distance
 from nrchain.watch.neglected import velocity_difference
 from validation.effects.scenes import completed, random_scene
 from validation.report.periodic_waves import PERIODIC, rate_of
@@ -126,7 +126,7 @@ def _apart(run: Trajectory, other: Trajectory) -> tuple[float, float]:
     if run.status != "completed" or other.status != "completed":
         return math.nan, math.nan
     end, other_end = ((one.positions[-1], one.frames[-1]) for one in (run, other))
-    return apart(end, other_end, run.scene.chain.radius)
+    return largest_distance(end, other_end, run.scene.chain.radius)
 
 
 def _largest_velocity(scene: Scene, change: Change, run: Trajectory) -> float:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from nrchain import Scene, SceneError, load_scene, simulate
-from nrchain.planning.soundness import Load, bond_loads
+from nrchain.planning.weaknesses import Load, bond_loads
 from nrchain.theory.line_loads import line_loads
 
 MIXES = (

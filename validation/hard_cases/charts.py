@@ -20,7 +20,7 @@ from nrchain.motion.charts import ChartedChain
 from nrchain.motion.integrators import INTEGRATORS
 from nrchain.motion.integrators.base import Integrator
 from nrchain.motion.model import Model
-from nrchain.planning.start import starting_poses
+from nrchain.planning.checked_start import starting_poses
 
 FAR = 1e4
 """Radians to turn through."""

@@ -17,7 +17,7 @@ from warnings import catch_warnings
 import numpy as np
 
 from nrchain import Cause, NrchainError, Scene, SceneWarning, Trajectory, scene_names, simulate
-from nrchain.scene.scene import scene_path
+from nrchain.scene.toml import scene_path
 
 _WRONG = (
     *("0", "-1", "1", "2", "3", "1e-300", "1e300", "-1e308", "nan", "inf", "-inf", "1e999"),

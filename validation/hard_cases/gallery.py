@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nrchain import Cause, Scene, load_scene
-from nrchain.planning.start import starting_poses
+from nrchain.planning.checked_start import starting_poses
 
 COMPLETED, REFUSED = "completed", "refused"
 STIFF = {"elasticity.ratio": None, "elasticity.stretch": 20.0, "elasticity.shear": 20.0}

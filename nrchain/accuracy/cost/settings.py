@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from nrchain.planning.scene_changes import all_pairs, all_sizes, reach_keys
-from nrchain.scene.scene import Scene, load_scene
+from nrchain.planning.flow_keys import all_pair_keys, finite_size_keys, reach_keys
+from nrchain.scene.loading import load_scene
+from nrchain.scene.scene import Scene
 
 Axis = Literal["stepping", "reach", "model"]
 Changes = dict[str, Any]
@@ -36,7 +37,7 @@ def stepping_changes(integrator: str, tolerance: float) -> Changes:
 
 def reach_and_model(short: Scene) -> dict[Axis, dict[str, Changes]]:
     """Settings of reach and model, each with one change more than the last."""
-    keys, every, reach = reach_keys(short), all_pairs(short), 1
+    keys, every, reach = reach_keys(short), all_pair_keys(short), 1
     axes: dict[Axis, dict[str, Changes]] = {"reach": {}, "model": {"the scene itself": {}}}
     while keys and reach <= min(short.chain.particles - 2, LONGEST_REACH):
         axes["reach"][f"{reach} neighbour{'s' * (reach > 1)}"] = dict.fromkeys(keys, reach)
@@ -47,7 +48,7 @@ def reach_and_model(short: Scene) -> dict[Axis, dict[str, Changes]]:
     friction = {"friction": "pairwise"} if short.friction.kind == "one-body" else {}
     for name, further in (
         ("all pairs", every),
-        ("… with finite size", all_sizes(short)),
+        ("… with finite size", finite_size_keys(short)),
         ("… and pairwise friction", friction),
     ):
         if load_scene(short, **level, **further) != load_scene(short, **level):

@@ -23,14 +23,15 @@ from nrchain.accuracy.timing import (
     simulate_quietly,
 )
 from nrchain.errors import SceneError
-from nrchain.planning.start import starting_poses
+from nrchain.planning.checked_start import starting_poses
 from nrchain.run.work import RunCost
-from nrchain.scene.scene import Scene, load_scene
+from nrchain.scene.loading import load_scene
+from nrchain.scene.scene import Scene
 from nrchain.trajectory.trajectory import Trajectory
 
 BUDGET = 30.0
 """Work of all short runs together, about, in nominal seconds
-(:mod:`nrchain.planning.nominal_cost`)."""
+(:mod:`nrchain.planning.counted_work`)."""
 
 PILOT_SHARE = PILOT / BUDGET
 """Fraction of the budget that one run with the scene's own setting may take."""

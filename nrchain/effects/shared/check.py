@@ -11,7 +11,8 @@ from nrchain.effects.base import Effect
 from nrchain.effects.registry import acting, effects
 from nrchain.effects.shared.check_poses import WatchedEffect, bent_poses, given_poses, moved_poses
 from nrchain.errors import SceneError
-from nrchain.scene.scene import Scene, load_scene
+from nrchain.scene.loading import load_scene
+from nrchain.scene.scene import Scene
 from nrchain.types import Poses
 
 STEP = 1e-5

@@ -10,8 +10,9 @@ from typing import Self
 from nrchain.effects.registry import acting
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics import slip_modes
-from nrchain.scene.scene import Scene, require_scene
-from nrchain.scene.sections import SlipSpec
+from nrchain.scene.fluid_sections import SlipSpec
+from nrchain.scene.loading import require_scene
+from nrchain.scene.scene import Scene
 
 MODES = ("2s", "3a", "3t", "4a")
 """The modes whose continuum theory the paper gives: one of each symmetry."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nrchain.errors import SceneError
-from nrchain.scene.scene import load_scene
+from nrchain.scene.loading import load_scene
 from nrchain.theory.lattice import Branch, lattice_rates, steady_rotation, steady_velocity
 from nrchain.theory.rod import (
     MODES,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nrchain.errors import SceneError
-from nrchain.scene.scene import load_scene
+from nrchain.scene.loading import load_scene
 from nrchain.theory.lattice import lattice_operator, lattice_rates, steady_stress
 from nrchain.theory.rod import (
     MISPRINTS,

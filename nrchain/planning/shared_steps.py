@@ -1,9 +1,9 @@
-"""Several scenes on the same steps: their differences are exact where each by itself is coarse.
+"""Several scenes integrated on the same steps, so that their differences are accurate.
 
-Two runs of loose tolerance each have an error of their own, and their difference is lost in it. As
-one system of ODEs they share every step and every order: what the steps leave out is the same
-function of the pose for all members, and cancels where their poses agree. The difference of two
-members is then as accurate, relative to itself, as the loose tolerance is relative to one.
+Two runs of loose tolerance each have an error of their own, which hides their difference. As one
+system of ODEs they share every step and every order. What a step leaves out is then the same
+function of the pose for all members, and cancels where their poses agree. The relative error of the
+difference of two members is as small as the relative error of one of them.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
-from itertools import pairwise
 
 import numpy as np
 
@@ -21,48 +20,19 @@ from nrchain.motion.integrators.base import IntegrationError
 from nrchain.motion.integrators.cvode import Cvode
 from nrchain.motion.model import Model
 from nrchain.outcome import Cause, Stop
-from nrchain.planning.nominal_cost import evaluation_cost
+from nrchain.planning.combined_chains import CombinedChains
+from nrchain.planning.counted_work import evaluation_work
 from nrchain.scene.scene import Scene
 from nrchain.types import Poses
 from nrchain.watch.guard import Guard
 from nrchain.watch.seed import resolving_tolerance
 
 FRESH_STEPS = 2000
-"""Steps after which all charts are left for fresh ones."""
+"""Steps after which all charts are replaced by fresh ones."""
 
 
-class _Together:
-    """The charted chains of several scenes as one: y holds one stretch a chain."""
-
-    def __init__(self, chains: Sequence[ChartedChain]) -> None:
-        self.chains = chains
-        ends = np.cumsum([0, *(chain.dimension for chain in chains)])
-        self.dimension = int(ends[-1])
-        self.parts = [slice(a, b) for a, b in pairwise(ends)]
-
-    def rates(self, time: float, y: np.ndarray, out: np.ndarray) -> None:
-        for chain, part in zip(self.chains, self.parts, strict=True):
-            chain.rates(time, y[part], out[part])
-
-    def linearise(self, time: float, y: np.ndarray) -> None:
-        for chain, part in zip(self.chains, self.parts, strict=True):
-            chain.linearise(time, y[part])
-
-    def factorise(self, gamma: float) -> None:
-        for chain in self.chains:
-            chain.factorise(gamma)
-
-    def solve(self, vector: np.ndarray, out: np.ndarray) -> None:
-        for chain, part in zip(self.chains, self.parts, strict=True):
-            chain.solve(vector[part], out[part])
-
-    def product(self, vector: np.ndarray, out: np.ndarray) -> None:
-        for chain, part in zip(self.chains, self.parts, strict=True):
-            chain.product(vector[part], out[part])
-
-
-class PairedRun:
-    """Scenes integrated side by side from the same poses, the first of them the reference.
+class SharedStepRun:
+    """Scenes integrated on the same steps from the same poses; the first is the reference.
 
     Attributes
     ----------
@@ -72,13 +42,13 @@ class PairedRun:
         Poses of every member at that time, or at its stop.
     stops
         Why and when a member ended before the others, by its number.
-    parted
-        Where a member, or the reference, has stopped: the time of the first of the two stops, and
-        the poses of both then, by the number of the member.
+    first_stops
+        By the number of a member, if it or the reference has stopped: the time of the first of the
+        two stops, and the poses of both then.
     evaluations
-        Right-hand sides each member has taken so far.
+        Right-hand sides that each member has taken so far.
     work
-        Nominal seconds (:mod:`nrchain.planning.nominal_cost`) of all of them.
+        Nominal seconds (:mod:`nrchain.planning.counted_work`) of all of them.
     """
 
     def __init__(self, scenes: Sequence[Scene], poses: Poses, tolerance: float) -> None:
@@ -87,11 +57,11 @@ class PairedRun:
         self.time = 0.0
         self.poses = [(poses[0].copy(), poses[1].copy()) for _ in scenes]
         self.stops: dict[int, Stop] = {}
-        self.parted: dict[int, tuple[float, Poses, Poses]] = {}
+        self.first_stops: dict[int, tuple[float, Poses, Poses]] = {}
         self.members = list(range(len(self.scenes)))
         self._chains = [ChartedChain(Model(scene)) for scene in self.scenes]
         self._guards = [Guard(PoseLimits.of(scene), poses[0]) for scene in self.scenes]
-        self._costs = [evaluation_cost(scene) for scene in self.scenes]
+        self._costs = [evaluation_work(scene) for scene in self.scenes]
         self.steps = 0
 
     @property
@@ -107,29 +77,29 @@ class PairedRun:
     def work(self) -> float:
         return float(np.dot(self._costs, self.evaluations))
 
-    def drop(self, members: Iterable[int]) -> None:
-        """Go on without these."""
+    def remove(self, members: Iterable[int]) -> None:
+        """Stop integrating these members."""
         gone = set(members)
         self.members = [m for m in self.members if m not in gone]
 
-    def go(self, times: Iterable[float], budget: float = math.inf) -> Iterator[float]:
-        """Integrate to each of the times, which begin after ``time``, and yield it when reached.
+    def advance(self, times: Iterable[float], budget: float = math.inf) -> Iterator[float]:
+        """Integrate to each of the times, all after ``time``, and yield each when reached.
 
-        Ends early when the reference stops, or all others have, and when further ``work`` of
-        ``budget`` is done. What the consumer drops is no longer integrated.
+        Ends early when the reference or all others have stopped, or when ``work`` has grown by
+        ``budget``. Between times the caller may :meth:`remove` members.
         """
-        moves = self._hold if self._chains[0].dimension == 0 else self._integrate
+        moves = self._wait if self._chains[0].dimension == 0 else self._integrate
         reached = moves([float(time) for time in times], self.work + budget)
         while True:
-            # not across a yield: the consumer's arithmetic is its own
+            # not across a yield: the caller keeps its own error state
             with np.errstate(all="ignore"):
                 time = next(reached, None)
             if time is None:
                 return
             yield time
 
-    def _hold(self, times: list[float], budget: float) -> Iterator[float]:
-        """Every sphere is clamped, and the time passes."""
+    def _wait(self, times: list[float], budget: float) -> Iterator[float]:
+        """Let the time pass: every sphere is clamped."""
         for self.time in times:
             yield self.time
 
@@ -137,7 +107,7 @@ class PairedRun:
         return 0 in self.members and (len(self.members) > 1 or len(self.scenes) == 1)
 
     def _integrate(self, times: list[float], budget: float) -> Iterator[float]:
-        due, together = 0, list(self.members)
+        due, combined = 0, list(self.members)
         self._start(times[-1])
         while due < len(times) and self._goes_on() and self.work < budget:
             try:
@@ -145,9 +115,9 @@ class PairedRun:
                 if reached == self.time:
                     raise IntegrationError("steps have become too small to advance the time")
             except (IntegrationError, ArithmeticError, np.linalg.LinAlgError) as error:
-                if not self._lose_one(error):
+                if not self._remove_fastest(error):
                     return
-                together = list(self.members)
+                combined = list(self.members)
                 self._start(times[-1])
                 continue
             self.steps += 1
@@ -165,18 +135,18 @@ class PairedRun:
             self._move(end, ended)
             turned = max(
                 chain.largest_turn(y[part])
-                for chain, part in zip(self._together.chains, self._together.parts, strict=True)
+                for chain, part in zip(self._combined.chains, self._combined.parts, strict=True)
             )
-            if together != self.members or not turned <= TURN_LIMIT or self._fresh >= FRESH_STEPS:
-                together = list(self.members)
+            if combined != self.members or not turned <= TURN_LIMIT or self._fresh >= FRESH_STEPS:
+                combined = list(self.members)
                 self._start(times[-1])
 
     def _start(self, end: float) -> None:
-        """Fresh charts about the poses of the members there are, and no history."""
+        """Restart the integrator on fresh charts about the poses of the members that are left."""
         chains = [self._chains[m] for m in self.members]
         for member, chain in zip(self.members, chains, strict=True):
             chain.rebase(self.time, *self.poses[member])
-        self._together, self._numbers = _Together(chains), list(self.members)
+        self._combined, self._numbers = CombinedChains(chains), list(self.members)
         pose = np.concatenate(
             [
                 np.tile(np.repeat([self.scenes[m].chain.radius, 1.0], 3), chain.dimension // 6)
@@ -184,20 +154,20 @@ class PairedRun:
             ]
         )
         self._integrator = Cvode(
-            self._together,  # type: ignore[arg-type]
+            self._combined,  # type: ignore[arg-type]
             end,
             self.tolerance,
             self._atol * pose,
         )
-        self._integrator.start(self.time, np.zeros(self._together.dimension))
+        self._integrator.start(self.time, np.zeros(self._combined.dimension))
         self._fresh = 0
 
     def _poses_at(self, time: float, y: np.ndarray | None = None) -> dict[int, Poses]:
-        """Poses of all members within the last step, in arrays of their own."""
+        """Copies of the poses of all members at a time within the last step."""
         y = self._integrator.at(time) if y is None else y
         found = {}
         for member, chain, part in zip(
-            self._numbers, self._together.chains, self._together.parts, strict=True
+            self._numbers, self._combined.chains, self._combined.parts, strict=True
         ):
             positions, frames = chain.poses(time, y[part])
             found[member] = positions.copy(), frames.copy()
@@ -212,7 +182,7 @@ class PairedRun:
         self.time = time
 
     def _watch(self, end: float, ended: dict[int, Poses]) -> None:
-        """Take out whoever meets an event on the way from ``time`` to ``end``."""
+        """Remove each member that touches or turns over between ``time`` and ``end``."""
         found: dict[int, Stop] = {}
         for member in self.members:
             poses_at = partial(self._poses_of, member)
@@ -223,7 +193,7 @@ class PairedRun:
         for member in self.members if 0 in found else found:
             if member:
                 first = min((found[m] for m in (0, member) if m in found), key=lambda s: s.time)
-                self.parted[member] = (
+                self.first_stops[member] = (
                     first.time,
                     self._poses_until(member, first),
                     self._poses_until(0, first),
@@ -231,21 +201,21 @@ class PairedRun:
         for member, stop in found.items():
             self.stops[member] = stop
             self.poses[member] = self._poses_until(member, stop)
-        self.drop(found)
+        self.remove(found)
 
     def _poses_until(self, member: int, stop: Stop) -> Poses:
-        """Poses at a stop within the last step; before that step, where it has left all numbers."""
+        """Poses at a stop within the last step; those before it if it led to NaN or infinity."""
         if stop.cause is Cause.NOT_FINITE:
             return self.poses[member]
         return self._poses_of(member, stop.time)
 
-    def _lose_one(self, error: Exception) -> bool:
-        """A step has failed: take out whoever moves fastest beside the reference, if anyone."""
+    def _remove_fastest(self, error: Exception) -> bool:
+        """A step failed: remove the fastest member besides the reference; False if none is left."""
         others = [m for m in self.members if m != 0]
         cause = getattr(error, "cause", Cause.NOT_FINITE)
         if not others:
             self.stops[0] = Stop(cause, self.time, str(error))
-            self.drop([0])
+            self.remove([0])
             return False
         speeds = []
         for member in others:
@@ -253,12 +223,12 @@ class PairedRun:
             speeds.append(np.abs(twists).max())
         worst = others[int(np.argmax(np.nan_to_num(speeds, nan=np.inf)))]
         self.stops[worst] = Stop(cause, self.time, str(error))
-        self.parted[worst] = self.time, self.poses[worst], self.poses[0]
-        self.drop([worst])
+        self.first_stops[worst] = self.time, self.poses[worst], self.poses[0]
+        self.remove([worst])
         return True
 
 
-def apart(poses: Poses, others: Poses, radius: float) -> tuple[float, float]:
+def largest_distance(poses: Poses, others: Poses, radius: float) -> tuple[float, float]:
     """max |r − r′|/a and max ∠(frame, frame′) over the spheres, in radii and radians."""
     distance = np.linalg.norm(poses[0] - others[0], axis=-1).max() / radius
     between = np.einsum("nak,nam->nkm", poses[1], others[1])

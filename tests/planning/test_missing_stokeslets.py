@@ -75,8 +75,8 @@ def test_the_numbers_are_those_of_a_neighbour(cause, velocity):
     (text,) = told(make(**cause, **{"flow.gradient": EXTENSION}))
     dropped = 1.5 * RADIUS / D * velocity
     kept = 2.5 * RADIUS**3 / D**2 * RATE
-    assert f"up to {dropped:.2g}, of order a/r" in text
-    assert f"up to {kept:.2g} and of order (a/r)²" in text
+    assert f"up to v = {dropped:.2g} at a neighbour and of order a/r" in text
+    assert f"up to v = {kept:.2g} and of order (a/r)²" in text
 
 
 def test_a_run_whose_effects_were_chosen_is_not_warned_of_what_the_choice_bounds():

@@ -1,8 +1,8 @@
-"""u = (3a/4r)(I + n n)·F/γ_T against (5a³/2r²) n·E·n: what one-body friction drops in a flow.
+"""u = (3a/4r)(I + n n)·F/γ_T against (5a³/2r²) n·E·n: the flow that one-body friction drops.
 
 Spheres that are held or pushed against a background flow set up Stokeslets, of order a/r. One-body
-friction leaves them out, as it does all flows of forces; the disturbance of the flow by the rigid
-spheres, of order (a/r)², it leaves in. The larger is then missing beside the smaller.
+friction leaves them out, as it does all flows of forces. It keeps the disturbance of the flow by
+the rigid spheres, of order (a/r)². The scene then keeps the smaller flow and drops the larger.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ def dropped_and_kept(
 ) -> tuple[float, float]:
     """Largest velocities at a neighbour, at rest spacing: (3a/2d)|F|/γ_T and (5/2)(a/d)³|E|d.
 
-    F is what acts on a sphere at these poses from outside the chain: the forces of effects that do
-    not add up to nothing, and what holds a clamped end against the flow. Forces within the chain
-    add up to nothing and are left out.
+    F is the force on a sphere at these poses from outside the chain: that of effects with a net
+    force, and that which holds a clamped end against the flow. Forces within the chain have no net
+    force and are left out.
     """
     wrenches = np.zeros((len(positions), 6))
     for effect in net_forces(scene):
@@ -39,9 +39,9 @@ def dropped_and_kept(
 
 
 def stokeslet_warning(scene: Scene, positions: np.ndarray, frames: np.ndarray) -> str:
-    """That a scene keeps the smaller of the two flows and drops the larger; empty if it does not.
+    """A warning, with its remedy, if a scene keeps the smaller flow and drops the larger.
 
-    With what would mend it: friction between spheres, of all pairs where they have a sum.
+    Empty otherwise. The remedy is friction between spheres, of all pairs where they have a sum.
     """
     if scene.friction.kind != "one-body" or not Strain.acts(scene):
         return ""
@@ -50,9 +50,9 @@ def stokeslet_warning(scene: Scene, positions: np.ndarray, frames: np.ndarray) -
     if not kept < dropped < math.inf:
         return ""
     return (
-        f"spheres held or pushed against the flow give a neighbour a velocity of up to"
-        f" {dropped:.2g}, of order a/r, which one-body friction drops, while their disturbance of"
-        f" the strain, up to {kept:.2g} and of order (a/r)², is kept; {_remedy(scene)}"
+        f"one-body friction drops the flow of spheres that are held or pushed, up to v ="
+        f" {dropped:.2g} at a neighbour and of order a/r, and keeps the smaller disturbance of the"
+        f" strain, up to v = {kept:.2g} and of order (a/r)²; {_remedy(scene)}"
     )
 
 

@@ -1,4 +1,4 @@
-"""max |Δ(v, aω)| / max |(v, aω)|: what of a disturbed flow lies beyond its reach."""
+"""max |Δ(v, aω)| / max |(v, aω)|: the part of the disturbance of a flow beyond its reach."""
 
 from __future__ import annotations
 
@@ -7,13 +7,15 @@ import numpy as np
 from nrchain.effects.base import largest_velocity
 from nrchain.effects.flow import Flow
 from nrchain.effects.registry import acting
+from nrchain.effects.shared.slip_flow import reach_text
 from nrchain.effects.strain import DisturbanceEffect, Strain
-from nrchain.planning.scene_changes import reaches_all
-from nrchain.scene.scene import Scene, load_scene
+from nrchain.planning.flow_keys import is_all_pairs
+from nrchain.scene.loading import load_scene
+from nrchain.scene.scene import Scene
 
 
 def disturbance(scene: Scene, positions: np.ndarray) -> np.ndarray:
-    """(v, ω) (N, 6) by which the spheres of a scene disturb its background flow, all parts."""
+    """(v, ω) (N, 6) by which all spheres disturb the background flow at each."""
     twists = np.zeros((len(positions), 6))
     frames = np.broadcast_to(np.eye(3), (len(positions), 3, 3))
     for effect in acting(scene):
@@ -22,16 +24,16 @@ def disturbance(scene: Scene, positions: np.ndarray) -> np.ndarray:
     return twists
 
 
-def reach_of_strain(scene: Scene, positions: np.ndarray) -> list[tuple[str, str, str]]:
-    """A line of a plan, (quantity, value, meaning), where the disturbance is cut at neighbours."""
+def strain_reach_rows(scene: Scene, positions: np.ndarray) -> list[tuple[str, str, str]]:
+    """The line of a plan, (quantity, value, meaning), if the disturbance is cut at neighbours."""
     reach, radius = Flow.section(scene).neighbours, scene.chain.radius
-    if not Strain.acts(scene) or reaches_all(scene, reach):
+    if not Strain.acts(scene) or is_all_pairs(scene, reach):
         return []
     whole = disturbance(load_scene(scene, **{"flow.neighbours": "all"}), positions)
     left = largest_velocity(whole - disturbance(scene, positions), radius)
     largest = largest_velocity(whole, radius)
     meaning = (
-        f"of the velocities by which spheres disturb the flow at the start, beyond {reach} a side;"
+        f"of the velocities due to the disturbance at the start, beyond {reach_text(reach)};"
         " flow.neighbours = 'all' keeps it"
     )
     return [

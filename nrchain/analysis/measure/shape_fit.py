@@ -1,0 +1,108 @@
+"""w(s, t) = A exp(iqs + Λ(t − t₀)): one fit of a wave to all snapshots."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nrchain.analysis.measure.line_fit import Estimate
+from nrchain.analysis.measure.rates import LARGEST_MISFIT, Rate, rate
+from nrchain.analysis.measure.waves import Kind, component, wave
+from nrchain.analysis.measured_chain import (
+    Array,
+    MeasurementError,
+    real_number,
+    require_trajectory,
+)
+from nrchain.trajectory.trajectory import Trajectory
+from nrchain.wording import brief
+
+
+@dataclass(frozen=True, slots=True)
+class ShapeFit:
+    """A exp(iqs + Λ(t − start)) fitted to all snapshots at once.
+
+    ``misfit`` is the root mean square of the residual, relative to that of the shape: 0 for a
+    perfect wave, near 1 where there is none.
+    """
+
+    rate: Rate
+    amplitude: complex
+    misfit: float
+
+    __repr__ = brief
+
+
+def fit_shape(
+    trajectory: Trajectory,
+    wavenumber: float | None = None,
+    kind: Kind = "right",
+    *,
+    start: float | None = None,
+    most_misfit: float = LARGEST_MISFIT,
+) -> ShapeFit:
+    """w(s, t) = A exp(iqs + Λ(t − t₀)): a growing, decaying, travelling or rotating wave.
+
+    One nonlinear least-squares fit of A and Λ to the shape at all snapshots from ``start`` on (for
+    "x", "y" and "z" to the real part), as the paper reads its open chains (Appendix D). Rigid
+    motions stay in, and the largest snapshots weigh most. ``start`` as in :func:`rate`.
+
+    Errors are those of the fit, as if the residuals of spheres and snapshots were independent. The
+    ends of an open chain leave residuals that are not: look at ``misfit``.
+
+    Raises :class:`~nrchain.analysis.measured_chain.MeasurementError` for a misfit above
+    ``most_misfit``, and as :func:`rate`.
+    """
+    from scipy.optimize import curve_fit
+
+    chain = require_trajectory(trajectory).scene.chain
+    real_number("most_misfit", most_misfit, most=math.inf)
+    first_guess = wave(trajectory, wavenumber, kind, rigid=kind == "x")
+    guess = rate(first_guess, start, most_misfit=math.inf)
+    s = chain.spacing * np.arange(chain.particles)
+    field = component(trajectory, kind, "displacement", s)
+    if kind == "x":
+        field = field - field.mean(axis=1, keepdims=True)
+    used = trajectory.time >= guess.start
+    t, data = trajectory.time[used] - guess.start, _as_real_row(field[used])
+    span, size = t[-1], math.sqrt(np.mean(data**2))
+    carrier = np.exp(1j * guess.wavenumber * s)
+
+    def shape_of(p, factor):
+        history = factor * np.exp((p[2] + 1j * p[3]) * t / span)
+        shape = history[:, None] * carrier
+        return _as_real_row(shape if np.iscomplexobj(field) else shape.real)
+
+    def model(_, *p):
+        return shape_of(p, p[0] + 1j * p[1])
+
+    def derivative(_, *p):
+        size_and_phase = (p[0] + 1j * p[1]) * t / span
+        factors = (1.0, 1j, size_and_phase, 1j * size_and_phase)
+        return np.stack([shape_of(p, factor + 0.0 * t) for factor in factors], axis=1)
+
+    begin = first_guess.amplitude[used][0] / size
+    p0 = [begin.real, begin.imag, guess.growth.value * span, guess.frequency.value * span]
+    found, covariance = curve_fit(model, None, data / size, p0=p0, jac=derivative)
+    errors = np.sqrt(np.diag(covariance)) / span
+    misfit = math.sqrt(np.mean((data / size - model(None, *found)) ** 2))
+    if misfit > most_misfit:
+        raise MeasurementError(
+            f"the misfit of the best wave of wavenumber {guess.wavenumber:.6g} is {misfit:.2g} of "
+            f"the shape; above {most_misfit:g} the fit says nothing about it: fit another kind of "
+            "wave or other times, or raise most_misfit"
+        )
+    growth, frequency = (Estimate(float(found[k] / span), float(errors[k])) for k in (2, 3))
+    fitted = Rate(
+        growth, frequency, guess.wavenumber, guess.start, misfit, float(trajectory.time[-1])
+    )
+    return ShapeFit(fitted, complex(found[0], found[1]) * size, misfit)
+
+
+def _as_real_row(values: NDArray) -> Array:
+    """All numbers in one row: the real parts, then the imaginary ones if there are any."""
+    flat = values.ravel()
+    return np.concatenate([flat.real, flat.imag]) if np.iscomplexobj(flat) else flat

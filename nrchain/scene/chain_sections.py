@@ -1,0 +1,144 @@
+"""The sections ``[chain]``, ``[elasticity]``, ``[start]`` and ``[run]``.
+
+Each class is a table of the TOML and each field a key of it. The rule in an annotation says what
+its key allows, see :mod:`nrchain.inputs.rules`; ``check`` holds the rules for keys of one section
+together. A section checks its values when it is made, and keeps them as plain, hashable Python.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+from nrchain.errors import NOT_GIVEN, SceneError
+from nrchain.inputs.arrays import GivenArray, array_of
+from nrchain.inputs.rules import Section, choice, number, optional, whole
+
+Ends = Literal["free", "clamped", "periodic"]
+Measure = Literal["paper", "isotropic"]
+Integrator = Literal["cvode", "radau", "scipy-bdf"]
+Shape = Literal["straight", "sine", "helix-left", "helix-right", "random", "given"]
+
+POSES = ("positions", "frames")
+"""The keys of ``[start]`` that are arrays."""
+
+_ROUNDED = (
+    "coordinates are rounded to 1e-16 of their size, and the integrator accepts no step that must"
+    " be more accurate"
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChainSpec(Section):
+    """N spheres of radius a, a distance d apart at rest, in a fluid of viscosity η."""
+
+    path: ClassVar[str] = "chain"
+    particles: Annotated[int, whole(least=2)]
+    spacing: Annotated[float, number(above=0)] = 10.0
+    radius: Annotated[float, number(above=0)] = 1.0
+    viscosity: Annotated[float, number(above=0)] = 1.0
+    ends: Annotated[Ends, choice(Ends)] = "free"
+
+    def check(self) -> None:
+        if not self.spacing > 2 * self.radius:
+            allowed = f"must exceed two radii, {2 * self.radius!r}, or the spheres overlap"
+            raise SceneError("chain.spacing", self.spacing, allowed)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ElasticitySpec(Section):
+    """Either R of λ∥ = λ⊥ = R μ⊥ γ_R / (γ_T d⁴ (N−1)⁴), or λ∥ (stretch) and λ⊥ (shear).
+
+    R (``ratio``) is 1e7 when neither is given. μ⊥ (bend) is γ_T d² and μ∥ (twist) is μ⊥ unless
+    given. A modulus of 0 removes its term from the potential. Source: paper, Appendix D.
+
+    ``measure`` is how twist and bend are measured: as in the paper, or transversely isotropic. A
+    chain that spins about its axis wobbles under the first and not under the second (see
+    :mod:`nrchain.potential.chain`).
+    """
+
+    path: ClassVar[str] = "elasticity"
+    ratio: Annotated[float | None, optional(number(above=0))] = None
+    stretch: Annotated[float | None, optional(number(least=0))] = None
+    shear: Annotated[float | None, optional(number(least=0))] = None
+    twist: Annotated[float | None, optional(number(least=0))] = None
+    bend: Annotated[float | None, optional(number(least=0))] = None
+    measure: Annotated[Measure, choice(Measure)] = "paper"
+
+    def check(self) -> None:
+        given = [name for name in ("stretch", "shear") if getattr(self, name) is not None]
+        if self.ratio is not None and given:
+            allowed = (
+                f"the stiffness is given in two ways, as elasticity.ratio = {self.ratio!r} too;"
+                " keep one of them"
+            )
+            raise SceneError(self.key(given[0]), getattr(self, given[0]), allowed)
+        if len(given) == 1:
+            missing = "shear" if given == ["stretch"] else "stretch"
+            allowed = (
+                f"must be given along with elasticity.{given[0]}; or leave out both, and"
+                " elasticity.ratio sets them"
+            )
+            raise SceneError(self.key(missing), NOT_GIVEN, allowed)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StartSpec(Section):
+    """The shape at t = 0: ``amplitude`` a length, ``wavenumber`` in π/L (periodic: 2π/L).
+
+    A negative amplitude shifts the phase of a sine or a helix by π. The amplitude of a random shape
+    is the standard deviation of the offsets, and not negative. The shape ``given`` takes
+    ``positions (N, 3)`` and ``frames (N, 3, 3)``, whose rows are e_1, e_2, e_3; the one that is
+    left out is that of the straight chain. A run that is handed poses records them in this way, so
+    that its scene alone repeats it.
+    """
+
+    path: ClassVar[str] = "start"
+    shape: Annotated[Shape, choice(Shape)] = "straight"
+    amplitude: Annotated[float, number()] = 0.1
+    wavenumber: Annotated[float, number(above=0)] = 1.0
+    seed: Annotated[int, whole(least=0)] = 0
+    positions: Annotated[GivenArray | None, optional(array_of(3))] = None
+    frames: Annotated[GivenArray | None, optional(array_of(3, 3))] = None
+
+    def check(self) -> None:
+        given = [name for name in POSES if getattr(self, name) is not None]
+        if self.shape == "given" and not given:
+            allowed = (
+                "must come with start.positions (N, 3), start.frames (N, 3, 3) or both; a"
+                " trajectory file keeps them in parameters/start, and"
+                " nrchain.Trajectory.open(path).scene has them"
+            )
+            raise SceneError("start.shape", self.shape, allowed)
+        if self.shape != "given" and given:
+            key = self.key(given[0])
+            allowed = "is for start.shape = 'given'; remove it, or set that shape"
+            raise SceneError(key, getattr(self, given[0]), allowed)
+        if self.shape == "random" and self.amplitude < 0:
+            allowed = "must be at least 0: it is the standard deviation of a random shape"
+            raise SceneError("start.amplitude", self.amplitude, allowed)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunSpec(Section):
+    """From t = 0 to ``end``, with ``snapshots`` at equal intervals, both ends included.
+
+    ``rtol`` and ``atol`` bound the error of one step: √mean((error/(``atol`` + ``rtol`` |y|))²) < 1
+    over the coordinates y of all spheres. A coordinate is how far a sphere has moved (``atol`` in
+    radii) or turned (in radians) from a base that drifts and spins with the chain. With ``cvode``,
+    the error at the end is some tens to some hundreds of times as large where the chain relaxes,
+    buckles or coils. Where a motion keeps its errors, as that of free spheres in a flow does, the
+    errors of all steps add up. ``atol`` must be at least 1e-14: coordinates of the size of a radius
+    hold no more digits, and steps would shrink without end.
+
+    ``max_steps`` and ``max_seconds`` limit one run, or one resumption of it.
+    """
+
+    path: ClassVar[str] = "run"
+    end: Annotated[float, number(above=0)]
+    snapshots: Annotated[int, whole(least=2)] = 101
+    rtol: Annotated[float, number(least=1e-14, most=1e-1)] = 1e-7
+    atol: Annotated[float, number(least=1e-14, most=1e-1, reason=_ROUNDED)] = 1e-7
+    integrator: Annotated[Integrator, choice(Integrator)] = "cvode"
+    max_steps: Annotated[int | None, optional(whole(least=1))] = None
+    max_seconds: Annotated[float | None, optional(number(above=0))] = None

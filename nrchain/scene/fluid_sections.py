@@ -1,0 +1,135 @@
+"""The sections ``[slip]`` and ``[friction]``: how spheres drive the fluid and feel each other.
+
+Each class is a table of the TOML and each field a key of it, see :mod:`nrchain.inputs.rules`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar, Literal, Self, cast
+
+from nrchain.errors import SceneError
+from nrchain.hydrodynamics import slip_modes
+from nrchain.hydrodynamics.slip import E1, STRENGTH, Slip
+from nrchain.hydrodynamics.slip_mode import is_label
+from nrchain.inputs.names import SURE, nearest
+from nrchain.inputs.rules import Section, choice, flag, is_whole, rule, section, unknown
+from nrchain.scene.effect_sections import with_registration_hint
+from nrchain.scene.fixed_table import FixedTable
+
+Kind = Literal["one-body", "pairwise"]
+Backend = Literal["native", "pystokes"]
+
+PYSTOKES_MODES = ("2s", "3a", "3t", "4a")
+"""The modes that PyStokes has a routine for."""
+
+NEIGHBOURS = rule(
+    "a whole number of at least 1, or 'all'",
+    lambda v: v == "all" or (is_whole(v) and 1 <= v < 2**63),
+    near=lambda v: v.lower() if isinstance(v, str) else v,
+)
+"""The rule of a reach: neighbours on each side along the chain, or all pairs."""
+
+
+class SlipModes(FixedTable[Slip]):
+    """The slip of each mode, by the label of the mode."""
+
+    __slots__ = ()
+
+
+def _read_modes(key: str, value: Any) -> SlipModes:
+    """The rule of ``modes``: a table of mode labels, each with what :func:`_read_slip` takes."""
+    if not isinstance(value, Mapping):
+        raise SceneError(key, value, "must be a table of mode labels and strengths or Slips")
+    slips = {label: _read_slip(label, given) for label, given in value.items()}
+    return SlipModes({label: slip for label, slip in slips.items() if slip is not None})
+
+
+def _read_slip(label: str, given: Any) -> Slip | None:
+    """The slip of one mode, from a Slip, a table or strengths. None removes the mode."""
+    key = SlipSpec.key(label)
+    labels = [mode.label for mode in slip_modes.modes()]
+    if label not in labels:
+        error = unknown(key, given, SlipSpec.names())
+        if is_label(label) and not nearest(label, SlipSpec.names(), SURE):
+            raise with_registration_hint(error, "A mode", "nrchain.register")
+        raise error
+    if given is None or isinstance(given, Slip):
+        return given
+    if not isinstance(given, Mapping):
+        return Slip(STRENGTH(key, given))
+    try:
+        return Slip.from_mapping(given)
+    except SceneError as error:
+        raise SceneError(f"{key}.{error.key}", error.value, error.allowed) from None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SlipSpec(Section):
+    """The active modes, how many neighbours feel their flow, and which code sums it.
+
+    ``neighbours`` counts neighbours on each side along the chain. ``finite_size`` keeps the factors
+    (1 + a²∇²/6)(1 + a²∇²/(4l + 2)), which change the velocity of 2s only; without them the pair
+    laws are the paper's, to leading order in a/r.
+    """
+
+    path: ClassVar[str] = "slip"
+    modes: Annotated[Mapping[str, Slip], _read_modes] = SlipModes()
+    neighbours: Annotated[int | Literal["all"], NEIGHBOURS] = 1
+    finite_size: Annotated[bool, flag()] = False
+    backend: Annotated[Backend, choice(Backend)] = "native"
+
+    def check(self) -> None:
+        for label in self.modes:
+            if self.backend == "pystokes" and label not in PYSTOKES_MODES:
+                allowed = f"has no routine for mode {label}, only for {', '.join(PYSTOKES_MODES)}"
+                raise SceneError("slip.backend", self.backend, allowed)
+
+    @classmethod
+    def spellings(cls) -> tuple[str, ...]:
+        """The options: the keys of the section that are not modes."""
+        return tuple(name for name in cls.rules() if name != "modes")
+
+    @classmethod
+    def names(cls) -> tuple[str, ...]:
+        """The options and the modes."""
+        return (*cls.spellings(), *(mode.label for mode in slip_modes.modes()))
+
+    @classmethod
+    def from_mapping(cls, table: Mapping[str, Any]) -> Self:
+        """The section of a raw table. Every key that is not an option is a mode."""
+        if not isinstance(table, Mapping):
+            raise SceneError(cls.path, table, "must be a table")
+        options = cls.spellings()
+        given = {k: v for k, v in table.items() if k in options and v is not None}
+        return cls(modes={k: v for k, v in table.items() if k not in options}, **given)
+
+    def to_mapping(self) -> dict[str, Any]:
+        """The raw table of the section: the options, then one key for each mode."""
+        table = {name: getattr(self, name) for name in self.spellings()}
+        for label, slip in self.modes.items():
+            table[label] = slip.strength if slip.axis == E1 else slip.to_mapping()
+        return table
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrictionSpec(Section):
+    """How forces become velocities: sphere by sphere, or also through the fluid between them.
+
+    ``one-body`` gives each sphere the Stokes drag of a sphere in unbounded fluid. ``pairwise``
+    takes the Rotne–Prager–Yamakawa mobilities of all pairs within ``neighbours`` places along the
+    chain. ``friction = "pairwise"`` is short for that kind with all pairs.
+    """
+
+    path: ClassVar[str] = "friction"
+    kind: Annotated[Kind, choice(Kind)] = "one-body"
+    neighbours: Annotated[int | Literal["all"], NEIGHBOURS] = "all"
+    backend: Annotated[Backend, choice(Backend)] = "native"
+
+
+def read_friction(key: str, value: Any) -> FrictionSpec:
+    """The rule of ``friction``: a section, or its kind alone."""
+    if isinstance(value, str):
+        return FrictionSpec(kind=cast(Kind, value))
+    return section(FrictionSpec)(key, value)
