@@ -1,9 +1,8 @@
-"""|r − r′| ≤ 30 · tolerance · growth: how far two integrators may come to lie apart.
+"""|r − r′| ≤ 30 · tolerance · growth: the allowed distance between two integrators.
 
-Each step errs by its tolerance, atol + rtol |y|, at most, and what it erred by grows until the end
-as the distance between two neighbouring runs does. The growth is measured: the same scene is run
-again from a start nudged by 1e-5 a, and the separation of both runs at the end is divided by the
-smallest they had on the way.
+The error of a step is at most its tolerance, atol + rtol |y|. It grows until the end as the
+distance between two neighbouring runs does. The growth is measured: the same scene runs again from
+a start displaced by 1e-5 a, and the separation at the end is divided by the smallest one before.
 """
 
 from __future__ import annotations
@@ -16,16 +15,16 @@ from nrchain import Trajectory
 from validation.hard_cases.gallery import Case, Poses
 
 NUDGE = 1e-5
-"""Standard deviation, in radii, of what the start is moved by to see how distances grow."""
+"""Standard deviation of the displacements of the start, in radii."""
 
 
 LEEWAY = 30.0
-"""Steps whose errors may add up to the global one: what is older has died away, or has grown."""
+"""Number of steps whose errors add up; older errors have decayed, or are in the growth."""
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """How far apart two runs of a scene end, and how far they may, in units of the tolerance.
+    """Distance between the ends of two runs of a scene, and its allowed value, in tolerances.
 
     ``tolerance`` is atol + rtol times the largest displacement, in radii and radians;
     ``growth`` is how much a separation grew by the end.
@@ -42,12 +41,12 @@ class Agreement:
 
     @property
     def allowed(self) -> float:
-        """The most that the factor may be."""
+        """Largest allowed factor."""
         return LEEWAY * self.growth
 
 
 def agreement(one: Trajectory, other: Trajectory, nudged: Trajectory) -> Agreement:
-    """How two runs of a scene agree; ``nudged`` began by :data:`NUDGE` elsewhere."""
+    """Agreement of two runs of a scene; ``nudged`` starts displaced by :data:`NUDGE`."""
     tolerances = [
         run.scene.run.atol + run.scene.run.rtol * _distance(run, -1, run, 0) for run in (one, other)
     ]
@@ -62,7 +61,7 @@ def agreement(one: Trajectory, other: Trajectory, nudged: Trajectory) -> Agreeme
 
 
 def nudge(case: Case) -> Poses:
-    """The start of a case, moved by normal random numbers; clamped ends stay where they are."""
+    """The start of a case with random normal displacements; clamped ends are not displaced."""
     scene = case.scene()
     positions, frames = case.start(scene)
     moves = NUDGE * scene.chain.radius * np.random.default_rng(0).standard_normal(positions.shape)

@@ -1,9 +1,9 @@
-"""φ(t) = (1 − 1/N) Ω₀ t, and charts near their half turn: orientations that go far.
+"""φ(t) = (1 − 1/N) Ω₀ t, and charts near their half turn: large rotations.
 
 A straight chain of N spheres turns about itself: every sphere but those at the ends is turned by
 two neighbours, and the torques of the links sum to nothing over the chain, so that the mean angle
-is exact at all times. A chart ends at a half turn against its base. Every chart begins at its base,
-so that only a step can carry the chain there; an integrator that does is made here.
+is exact at all times. A chart is singular at a half turn from its base. Every chart starts at its
+base, so only a large step reaches the half turn; the integrator here takes such a step.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ FAR = 1e4
 """Radians to turn through."""
 
 SHY = 1e-9
-"""Radians short of a half turn."""
+"""Distance from a half turn, in radians."""
 
 FIRST_LEAP = 3
-"""Steps after which the integrator made here leaps."""
+"""Number of steps before the integrator leaps."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Spin:
 
 
 def spin(integrator: str) -> Spin:
-    """A straight chain of five turned through more than 10⁴ rad, followed by its snapshots."""
+    """Rotation of a straight chain of five through more than 10⁴ rad, from its snapshots."""
     changes: dict[str, Any] = {"chain.particles": 5, "start.shape": "straight", "run.end": 2000.0}
     changes |= {"run.integrator": integrator, "run.snapshots": 6001}
     scene = load_scene("spiral-left", **changes)

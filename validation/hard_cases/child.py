@@ -1,7 +1,7 @@
-"""What a study does in processes of their own: ``python -m validation.hard_cases.child TASK``.
+"""Tasks of the study in separate processes: ``python -m validation.hard_cases.child TASK``.
 
-The task is a name; its arguments come as JSON on standard input and its answer goes as JSON to
-standard output. Kernels are loaded from disk here, not compiled, once one such process has run.
+Arguments are JSON on standard input, the answer is JSON on standard output. After the first such
+process, kernels are loaded from disk.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ Answer = dict[str, Any]
 
 
 def digest(scene: str) -> Answer:
-    """The bits that a run ends with."""
+    """Hash of the result of a run."""
     return {"digest": _bits(simulate(Scene.from_toml(scene)))}
 
 
 def write(scene: str, path: str) -> Answer:
-    """Run into a file, once the kernels are there; how long it took, and every write to the file.
+    """Run into a file with kernels loaded; return the time and every write to the file.
 
-    Every number that goes to the file is counted: poses, marks, counters and checkpoints.
+    All writes count: poses, marks, counters and checkpoints.
     """
     spec = Scene.from_toml(scene)
     simulate(spec)
@@ -48,10 +48,10 @@ def write(scene: str, path: str) -> Answer:
 
 
 def kill(scene: str, paths: list[str], places: list[int], seconds: list[float]) -> Answer:
-    """Run into each file in a process that is killed: before a write, by its count, or in time.
+    """Run into each file in a process, and kill it before a given write or after a given time.
 
-    The processes are forks of this one, which has loaded the kernels: a run begins at once. Where
-    the place is 0 the moment is ``seconds`` after the beginning. Answers whether each was killed.
+    The processes are forks of this one, which has loaded the kernels, so a run starts at once. If
+    the place is 0, the kill comes ``seconds`` after the start. Returns whether each was killed.
     """
     spec = Scene.from_toml(scene)
     simulate(spec)
@@ -71,7 +71,7 @@ def kill(scene: str, paths: list[str], places: list[int], seconds: list[float]) 
 
 @contextmanager
 def _watching(written: list[str], kill_at: int = 0) -> Iterator[None]:
-    """Add the name of each data set to ``written`` as it is written to, and die at a given one."""
+    """Append the name of each data set written to ``written``; kill the process at ``kill_at``."""
     write_item = h5py.Dataset.__setitem__
 
     def counted(dataset: Any, where: Any, values: Any) -> None:
@@ -85,9 +85,9 @@ def _watching(written: list[str], kill_at: int = 0) -> Iterator[None]:
 
 
 def resume(paths: list[str], scene: str) -> Answer:
-    """Go on with runs that were killed: how each stood, the time it went on from, and its bits.
+    """Resume killed runs; return the state of each file, the time of resumption and the hash.
 
-    Beside them the bits of the whole run, whose kernels are loaded as theirs are.
+    The answer also has the hash of an uninterrupted run with loaded kernels.
     """
     found = []
     for path in map(Path, paths):
@@ -96,7 +96,7 @@ def resume(paths: list[str], scene: str) -> Answer:
         try:
             run = resume_run(path)
         except TrajectoryError:
-            # killed before its first checkpoint: said so, and is run again
+            # killed before its first checkpoint: refused, and run again
             run = simulate(Scene.from_toml(scene), output=path, overwrite=True)
         found.append(
             {
@@ -110,7 +110,7 @@ def resume(paths: list[str], scene: str) -> Answer:
 
 
 def soak(scene: str, path: str, warm: int) -> Answer:
-    """The peak of memory, in kB, once a run has taken ``warm`` steps, and at its end."""
+    """Growth of peak memory, in kB, from step ``warm`` to the end of a run."""
     seen: dict[str, int] = {}
 
     def note(progress: Any) -> None:
@@ -123,12 +123,12 @@ def soak(scene: str, path: str, warm: int) -> Answer:
 
 
 def outputs(place: str) -> Answer:
-    """What came of outputs that cannot be written or read, on whatever disk ``place`` is."""
+    """Messages for outputs that cannot be written or read, in the folder ``place``."""
     return {"told": plain(place)}
 
 
 def small_disk(place: str) -> Answer:
-    """The same on a disk of a quarter of a megabyte, mounted for this process."""
+    """The same on a disk of 256 kB that is mounted for this process."""
     return {"told": on_small_disk(place)}
 
 

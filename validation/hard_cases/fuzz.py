@@ -1,9 +1,8 @@
-"""Scenes with anything in them: what can come out is a scene or a documented refusal.
+"""Random scenes, valid and invalid: each gives a scene or a documented error.
 
-Half of them are texts, of which some lines and characters were changed; many are refused. The
-others are tables of values that are allowed by themselves, at the edges too, with now and then one
-that is not; most of those run. What runs is cut short, has to complete or to stop for a cause, and
-has to keep its invariants.
+Half of them are texts of shipped scenes with changed lines and characters; many are refused. The
+others are tables of allowed values, also at the limits, with an invalid value now and then; most of
+them run. Runs are short; they must complete or stop for a cause, and keep their invariants.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ _ODD: tuple[Any, ...] = (
 )
 
 STEPS, SECONDS, END, SNAPSHOTS = 60, 2.0, 0.1, 5
-"""What a run that a fuzzed scene asks for may take, at most."""
+"""Limits of a fuzzed run."""
 
 SMALL = 64
 """Spheres up to which a fuzzed scene is also run."""
@@ -57,7 +56,7 @@ ORTHONORMAL = 1e-12
 
 
 class Broken(Exception):
-    """A run ended as none may."""
+    """A run violates an invariant."""
 
 
 def fuzzed(rng: random.Random) -> str:
@@ -85,7 +84,7 @@ def fuzzed(rng: random.Random) -> str:
 
 
 def table(rng: random.Random) -> dict[str, Any]:
-    """The table of a scene whose values are allowed by themselves, but for one now and then."""
+    """The table of a scene with allowed values, and an invalid one now and then."""
     modes, pick = rng.choice(_MODES), rng.choice
     periodic = rng.random() < 0.2
     scene: dict[str, Any] = {
@@ -128,10 +127,9 @@ def table(rng: random.Random) -> dict[str, Any]:
 
 
 def fate(scene: Scene) -> str:
-    """:data:`NOT_RUN` for what is too large to be run, or how its run, cut short, ended.
+    """The end of a short run of the scene, or :data:`NOT_RUN` if the scene is too large.
 
-    Whatever is raised but a documented error is not caught; a run that does not keep its invariants
-    raises :class:`Broken`.
+    Undocumented errors propagate; a run that violates an invariant raises :class:`Broken`.
     """
     if scene.chain.particles > SMALL:
         return NOT_RUN

@@ -1,4 +1,4 @@
-"""The cases of the gallery: a scene, poses of its own perhaps, and how each must end."""
+"""The cases of the gallery: a scene, optional poses, and the allowed ends."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ FREE = {"chain.ends": "free"}
 RUNAWAY = (Cause.TOUCH, Cause.TURN, Cause.STEP, Cause.NOT_FINITE)
 
 Poses = dict[str, Any]
-"""``positions`` and ``frames`` to pass on, or neither."""
+"""Keyword arguments ``positions`` and ``frames`` of a run, or none."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A scene by its name and changes, what replaces its poses, and the ends it may come to.
+    """A shipped scene with changes, optional poses, and the allowed ends of its run.
 
-    ``second`` is the integrator that a run which completes is compared with.
+    ``second`` is the integrator for the comparison of a completed run.
     """
 
     name: str
@@ -39,7 +39,7 @@ class Case:
         return load_scene(self.base, **{"run.snapshots": 11} | self.changes | more)
 
     def start(self, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-        """The poses that a run of the case begins with."""
+        """The poses at the start of a run of the case."""
         return starting_poses(scene, **self.poses(scene))
 
 
@@ -61,7 +61,7 @@ def _twisted(scene: Scene) -> Poses:
 
 
 def _half_turned(scene: Scene) -> Poses:
-    """The start turned as a whole by π − 1e-9 about z: as far from the lab axes as can be."""
+    """The start rotated as a whole by π − 1e-9 about z: the largest rotation from the lab axes."""
     positions, frames = starting_poses(scene)
     angle = np.pi - 1e-9
     turn = np.array(

@@ -1,8 +1,8 @@
-"""Nowhere to write, and nothing to read: every such run or call ends with one line that says so.
+"""Outputs that cannot be written and inputs that cannot be read: each gives a one-line message.
 
-What needs a file system of its own, one that is full or read-only, is done on a small one in memory
-that a name space of mounts brings along. Where the machine allows none, a limit on the size of
-files stands in for the full disk, and the name of the case says so.
+Cases of a full or read-only disk use a small file system in memory, in a mount name space of their
+own. If the machine allows none, a limit on the size of files emulates the full disk; the name of
+the case says so.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ DISK = 256 * 1024
 """Bytes of the small disk."""
 
 NOT_TRIED = "not tried: permissions bind nobody here"
-"""In place of an answer, where root cannot lay down what lets it pass them by."""
+"""Answer if root cannot give up the capabilities that bypass permissions."""
 
 GOES_ON = ("a disk that fills up during the run",)
-"""Cases that complete: the whole file is there before a run begins."""
+"""Cases that complete, because the whole file exists before the run starts."""
 
 
 def told(attempt: Callable[[], object]) -> str:
-    """The one line with which an attempt is refused, or how its run ended."""
+    """The message of a refused attempt, or the end of its run."""
     try:
         ended = attempt()
     except NrchainError as error:
@@ -44,7 +44,7 @@ def scene_of(snapshots: int) -> Scene:
 
 
 def plain(place: str) -> dict[str, str]:
-    """What any machine can be asked, in an empty directory: names of cases and what came back."""
+    """Messages by case, for the cases that any machine can run, in an empty directory."""
     folder = Path(place)
     whole = folder / "whole.h5"
     simulate(scene_of(5), output=whole)
@@ -73,7 +73,7 @@ def plain(place: str) -> dict[str, str]:
 
 
 def _protected(folder: Path, whole: Path) -> dict[str, str]:
-    """What permissions forbid, to a user whom they bind."""
+    """Messages for paths whose permissions forbid writing."""
     scene, stopped = scene_of(5), folder / "stopped.h5"
     simulate(load_scene(scene, **{"run.max_steps": 3}), output=stopped)
     attempts = {
@@ -111,7 +111,7 @@ def _open(path: Path, content: bytes) -> Trajectory:
 
 
 def on_small_disk(place: str) -> dict[str, str]:
-    """What happens on a disk of 256 kB, or, where none can be had, under a limit on files."""
+    """Messages on a disk of 256 kB or, if none can be mounted, under a limit on file sizes."""
     simulate(scene_of(5))
     if not mount(place):
         resource.setrlimit(resource.RLIMIT_FSIZE, (DISK, DISK))
@@ -142,7 +142,7 @@ def on_small_disk(place: str) -> dict[str, str]:
 
 
 def mount(place: str) -> bool:
-    """Whether a disk of :data:`DISK` bytes could be mounted there, in a name space of our own."""
+    """Mount a disk of :data:`DISK` bytes in our own name space; return whether it worked."""
     command = ["mount", "-t", "tmpfs", "-o", f"size={DISK}", "none", place]
     try:
         return subprocess.run(command, capture_output=True).returncode == 0
@@ -151,13 +151,13 @@ def mount(place: str) -> bool:
 
 
 def _filling(room: int) -> int:
-    """As many snapshots as fit into so many bytes, to the last."""
+    """The largest number of snapshots that fits into ``room`` bytes."""
     particles = scene_of(2).chain.particles
     return room // (96 * particles + 24) - 2
 
 
 def _fill(path: Path) -> None:
-    """Take what is left of the disk."""
+    """Fill the rest of the disk."""
     try:
         with path.open("ab", buffering=0) as file:
             while True:
@@ -167,7 +167,7 @@ def _fill(path: Path) -> None:
 
 
 def namespace() -> list[str]:
-    """The command that gives a process mounts of its own; empty where there is none."""
+    """The command that gives a process its own mounts; empty if there is none."""
     command = ["unshare", "--user", "--map-root-user", "--mount"]
     with tempfile.TemporaryDirectory() as place:
         probe = [*command, "mount", "-t", "tmpfs", "none", place]

@@ -1,8 +1,7 @@
-"""Permissions that bind root as they bind anybody else.
+"""File permissions that apply to root as to any other user.
 
-Root reads and writes past the permissions of files by two capabilities of Linux. Without them it
-is bound as the owner of its files is, wherever they lie; to become another user would not do, who
-cannot enter a directory of root's.
+Two capabilities of Linux let root bypass file permissions. Without them, permissions apply to root
+as to the owner of a file. Another user would not do: it cannot enter directories of root.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 VERSION = 0x20080522
-"""Of the structures below: _LINUX_CAPABILITY_VERSION_3."""
+"""_LINUX_CAPABILITY_VERSION_3, the version of the structures below."""
 
 PAST_PERMISSIONS = 1 << 1 | 1 << 2
 """CAP_DAC_OVERRIDE and CAP_DAC_READ_SEARCH."""
@@ -30,9 +29,9 @@ class _Set(ctypes.Structure):
 
 @contextmanager
 def permissions_bind(folder: Path) -> Iterator[bool]:
-    """Whether permissions bind this thread meanwhile; root is made to be bound where it can be.
+    """Drop the capabilities of root where possible; yield whether permissions apply.
 
-    Found by a file in ``folder`` that nobody may read.
+    The test is a file in ``folder`` without read permission.
     """
     sets = _capabilities() if sys.platform == "linux" else None
     if sets is None:
@@ -47,7 +46,7 @@ def permissions_bind(folder: Path) -> Iterator[bool]:
 
 
 def _capabilities() -> ctypes.Array[_Set] | None:
-    """The capabilities of this thread, in two words of 32; None where it cannot ask for them."""
+    """The capabilities of this thread, in two words of 32 bits; None if unavailable."""
     sets = (_Set * 2)()
     try:
         failed = ctypes.CDLL(None).capget(ctypes.byref(_Header(VERSION, 0)), sets)

@@ -1,4 +1,4 @@
-"""Runs in processes of their own: given other numbers of threads, killed, or long."""
+"""Runs in separate processes: with other numbers of threads, killed, or long."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from validation.hard_cases.outputs import namespace
 ROOT = Path(__file__).parents[2]
 
 START, MARK, STATE = "/nrchain/finished", "/checkpoints/sequence", "/checkpoints/state"
-"""Data sets before whose writing a run is killed on purpose."""
+"""Data sets; a run is killed before it writes to one of them."""
 
 
 @dataclass(frozen=True)
 class Killed:
-    """A run that was killed: when, how its file stood, where it went on, and to the same bits?"""
+    """A killed run: when, the state of its file, where it resumed, and whether the bits agree."""
 
     when: str
     status: str
@@ -37,9 +37,9 @@ class Killed:
 def answer(
     task: str, threads: int | None = None, within: Sequence[str] = (), **given: Any
 ) -> dict[str, Any]:
-    """What a process answers that does a task of :mod:`validation.hard_cases.child`.
+    """Run a task of :mod:`validation.hard_cases.child` in a process; return its answer.
 
-    ``within`` is a command to run it by, and ``threads`` the number of threads it is given.
+    ``within`` is a command that wraps the process, ``threads`` its number of threads.
     """
     path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
     more = {} if threads is None else {"NUMBA_NUM_THREADS": str(threads)}
@@ -56,12 +56,12 @@ def answer(
 
 
 def digests(scene: Scene, threads: tuple[int, ...]) -> set[str]:
-    """What runs with these numbers of threads leave, each by its hash."""
+    """Hashes of the results of runs with these numbers of threads."""
     return {answer("digest", number, scene=scene.to_toml())["digest"] for number in threads}
 
 
 def outputs() -> dict[str, str]:
-    """Cases of outputs that cannot be written or read, and the line that each came to."""
+    """Messages by case, for outputs that cannot be written or read."""
     with tempfile.TemporaryDirectory() as place:
         plain, disk = Path(place, "plain"), Path(place, "disk")
         plain.mkdir()
@@ -73,9 +73,9 @@ def outputs() -> dict[str, str]:
 
 
 def soak(directory: Path, steps: int) -> dict[str, Any]:
-    """A run of so many steps that never comes to rest, and what its memory grew by.
+    """Memory growth of a run of ``steps`` steps that never comes to rest.
 
-    The axis of the slip is tilted, and the chain tumbles; the first tenth of the run is left out.
+    The axis of the slip is tilted, so the chain tumbles. The first tenth of the run is not counted.
     """
     scene = load_scene(
         {
@@ -91,16 +91,15 @@ def soak(directory: Path, steps: int) -> dict[str, Any]:
 
 
 def kills_resumed(directory: Path, times: int, seed: int = 0, end: float = 200.0) -> list[Killed]:
-    """Runs killed at random moments, and whether they went on to the bits of the whole run.
+    """Kill runs, resume them, and compare their bits with those of an uninterrupted run.
 
-    A third of the moments are random in time, another third random among all that is written to
-    the file. The others are chosen: before the first snapshot counts, and between the data of a
-    checkpoint, or of a snapshot, and the mark that makes it count. All runs, the uninterrupted one
-    too, load their kernels from disk.
+    A third of the moments are random in time, another third random among the writes to the file.
+    The others are before the first snapshot counts, and between the data of a checkpoint, or of a
+    snapshot, and the mark that makes it count. All runs load their kernels from disk.
     """
     snapshots = {"run.end": end, "run.snapshots": round(2 * end) + 1}
     scene = load_scene("spiral-left", **snapshots).to_toml()
-    # this process may have to compile the kernels that the others find on disk
+    # this process compiles the kernels that the others load from disk
     whole = answer("write", scene=scene, path=str(directory / "whole.h5"))
     rng = np.random.default_rng(seed)
     paths = [str(directory / f"killed-{number}.h5") for number in range(times)]
@@ -124,7 +123,7 @@ def kills_resumed(directory: Path, times: int, seed: int = 0, end: float = 200.0
 
 
 def _places(written: list[str], times: int, rng: np.random.Generator) -> list[int]:
-    """The counts of the writes before which to kill, and 0 for moments random in time."""
+    """Numbers of the writes before which to kill; 0 for a random time."""
     third = times // 3
     anywhere = rng.integers(1, len(written) + 1, third).tolist()
     chosen = []

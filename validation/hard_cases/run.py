@@ -1,9 +1,9 @@
-"""Do hard cases stay stable, and does what cannot go on stop well?
+"""Do hard cases stay stable, and do runs that cannot continue stop with a clear message?
 
-A gallery of scenes at the edges of what can be simulated. Each must end as stated: completed,
-refused before it starts, or stopped for a cause. What completes is measured: frames stay
-orthonormal, a second integrator agrees to its tolerance, a chain moved as a whole moves alike, a
-passive chain loses energy; the source of each is the invariance itself.
+A gallery of scenes at the limits of the simulation. Each must end as stated: completed, refused
+before the start, or stopped for a cause. Completed runs are checked: frames stay orthonormal, a
+second integrator agrees within its tolerance, a rigid motion of the start moves the run along, and
+a passive chain loses energy. The source of each check is the invariance itself.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from validation.report.recorder import Recorder
 ORTHONORMAL = 1e-12
 
 GROWN = 1024
-"""kB that the peak of memory may rise by over nine tenths of a run: a step may leave nothing."""
+"""Largest growth of peak memory, in kB, over the last nine tenths of a run."""
 
 
 def study(recorder: Recorder) -> None:
@@ -42,7 +42,7 @@ def study(recorder: Recorder) -> None:
             *("second", "apart", "growth", "apart / tolerance", "allowed", "s"),
         ],
         rows,
-        "Every case, how it may end and how it did. Frames: largest error of orthonormality. "
+        "Every case, its allowed ends and its end. Frames: largest error of orthonormality. "
         "Apart: CVODE and a second integrator at the end, in a or rad. Tolerance: atol + rtol "
         f"times the largest displacement. Allowed: {LEEWAY:g} times the growth of a small "
         "separation. Seconds are those of the first run.",
@@ -209,7 +209,7 @@ def _kills(recorder: Recorder, place: Path) -> None:
         "kills",
         ["killed", "left", "snapshots", "resumed from t", "same bits"],
         [[one.when, one.status, one.snapshots, one.begin, one.agreed] for one in kills],
-        "Runs killed by SIGKILL and resumed. A run that had no checkpoint is begun anew.",
+        "Runs killed by SIGKILL and resumed. A run without a checkpoint starts again.",
     )
     agreed = sum(one.agreed for one in kills)
     recorder.check("killed runs that end in the same bits", times, agreed, 0.0, source="resume")
@@ -220,9 +220,7 @@ def _kills(recorder: Recorder, place: Path) -> None:
 def _outputs(recorder: Recorder) -> None:
     recorder.step("nowhere to write")
     answers = processes.outputs()
-    recorder.table(
-        "outputs", ["what is wrong", "what is said"], answers.items(), "Outputs and inputs."
-    )
+    recorder.table("outputs", ["Fault", "Message"], answers.items(), "Outputs and inputs.")
     for name, told in answers.items():
         if told == NOT_TRIED:
             continue
@@ -251,7 +249,7 @@ def _watching(recorder: Recorder) -> None:
             f"watching for contacts and quarter turns, {name}",
             guarded,
             blind,
-            what="a run with the guard, and one whose guard looks at nothing",
+            what="a run with the guard, and one with the guard switched off",
         )
 
 
@@ -264,7 +262,7 @@ def _fuzz(recorder: Recorder) -> None:
         "fuzz",
         ["how it ended", *fates],
         [[end, *(counter[end] for counter in fates.values())] for end in ends],
-        "Fuzzed scenes: texts with lines and characters changed, tables of allowed values.",
+        "Fuzzed scenes: texts with changed lines and characters, tables of allowed values.",
     )
     ran = count - len(undocumented)
     ran -= sum(counter[end] for counter in fates.values() for end in (REFUSED, NOT_RUN))

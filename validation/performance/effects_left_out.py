@@ -12,7 +12,7 @@ from validation.report.threads import one_thread
 
 
 def compare(recorder: Recorder) -> None:
-    """What is not named costs nothing: right-hand sides with and without an effect."""
+    """Record the time of right-hand sides with and without an effect."""
     rounds = 9 if recorder.quick else 41
     far = {**ALL_PAIRS, "slip.2s": 100.0}
     zeros = {label: 0.0 for label in MODES if label != "slip.2s"}

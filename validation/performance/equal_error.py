@@ -20,12 +20,12 @@ EQUAL_ERROR = 1e-4
 
 
 NEAR_RECIPE, NEAR_COMPILED, FAR_RECIPE = 24.0, 3.6, 61.0
-"""Times faster than rivals that are given care, as measured when the bars were given up."""
+"""Speed over that of careful rivals, as measured when the targets were given up."""
 
 
 @dataclass(frozen=True)
 class Missed:
-    """A bar that is not met."""
+    """A target that is not met."""
 
     asked: float
     reached: float
@@ -54,7 +54,7 @@ def _ours(scene: Scene, true: Trajectory, tolerance: float) -> Timed:
 
 
 def _compiled(scene: Scene, true: Trajectory, tolerance: float) -> Timed:
-    """SciPy's BDF with our right-hand side, which needs the tolerance that the recipe will need."""
+    """SciPy's BDF with our right-hand side; it needs the same tolerance as the recipe."""
     return theirs(partial(solve_compiled, careful=True), scene, tolerance, true)
 
 
@@ -63,7 +63,7 @@ def far(recorder: Recorder) -> None:
     count = 32 if recorder.quick else 200
     near, far = buckling(count), buckling(count, **LONG_RANGE)
     true = reference(far)
-    # all pairs take the integrator that is the fastest at this error, as `nrchain cost` would say
+    # all pairs use the integrator that is the fastest at this error, as `nrchain cost` advises
     choices = [load_scene(far, **{"run.integrator": name}) for name in ("cvode", "scipy-bdf")]
     found = [loosest(partial(_ours, scene, true), EQUAL_ERROR) for scene in choices]
     best = min(range(len(found)), key=lambda k: found[k].seconds)
@@ -102,11 +102,11 @@ def _compare(
     solve: Callable[..., Solution],
     missed: Missed,
 ) -> None:
-    """A rival as it is written down, and one that is given care.
+    """Compare with a plain rival and with a careful one.
 
-    The bar is for the first, whose threads wait for each other for more or less long: its time
-    swings threefold from run to run, and a quick study leaves it out. What is held to is the
-    second. Repetitions stand between ours; only a rival that is quick is run more than once.
+    The target refers to the plain rival. Its threads wait for each other, and its time varies
+    threefold between runs; a quick study leaves it out. The check uses the careful rival.
+    Repetitions take turns with ours; a slow rival runs only once.
     """
 
     def rival(tolerance: float) -> Timed:
@@ -140,7 +140,7 @@ def _compare(
                 their / our,
                 asked=missed.asked,
                 reached=missed.reached,
-                source="the bar counts on a Jacobian every few steps; SciPy's BDF asks for "
+                source="the target assumes a Jacobian every few steps; SciPy's BDF asks for "
                 f"{other[0].jacobians} in this whole run, and takes {other[0].evaluations} "
                 "right-hand sides with them",
             )

@@ -1,4 +1,4 @@
-"""What grows with N and with time: seconds, bytes, revolutions, and what starting up costs."""
+"""How times and memory scale with N, and the time of a start."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ WAVE = 16
 """Spheres per wavelength of a start, whatever the length of the chain."""
 
 ASYMPTOTIC = 256
-"""Exponents are those of chains of this many spheres and more."""
+"""Exponents are fitted to chains of at least this many spheres."""
 
 TENFOLD = 16.0
-"""What was measured when the bar of 12 times was given up."""
+"""Ratio measured when the target of 12 was given up."""
 
 
 def wavy(count: int, end: float, **changes: Any) -> Scene:
@@ -95,7 +95,7 @@ def cost(recorder: Recorder) -> None:
 
 
 def _seconds(recorder: Recorder, counts: list[int]) -> tuple[Series, Series]:
-    """Seconds by reach, for each of ``counts``; runs of many spheres that all act are left out."""
+    """Seconds by reach for each of ``counts``, without runs of all pairs on long chains."""
     end, longest = (1.0, 512) if recorder.quick else (10.0, 2048)
     sides: Series = {name: [] for name in REACHES}
     spans: Series = {name: [] for name in REACHES}
@@ -113,7 +113,7 @@ def _seconds(recorder: Recorder, counts: list[int]) -> tuple[Series, Series]:
 
 
 def _same_steps(recorder: Recorder) -> None:
-    """Ten times the spheres, the same number of steps."""
+    """Record the time of a step on ten times as many spheres."""
     small, large = wavy(1000, 1.0), wavy(10_000, 1.0)
     simulate(small)
     turns = [(simulate(small).counters, simulate(large).counters) for _ in range(3)]
@@ -226,12 +226,12 @@ def memory(recorder: Recorder) -> None:
         "Memory",
         ["Reach", "N", "Peak (MiB)"],
         rows,
-        "Peak resident memory of a run, Python and all.",
+        "Peak resident memory of a run, including Python.",
     )
 
 
 def start(recorder: Recorder) -> None:
-    """The first command of the README, with kernels to compile and with kernels on disk."""
+    """Record the time of the first command of the README, with and without kernels on disk."""
     if recorder.quick:
         return
     with tempfile.TemporaryDirectory() as folder:

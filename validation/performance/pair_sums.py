@@ -19,7 +19,7 @@ AGREEMENT = 1e-10
 
 
 def compare(recorder: Recorder) -> None:
-    """One evaluation of what PyStokes has routines for, N = 1024, all pairs, at the same poses."""
+    """Record the time of one sum over all pairs, N = 1024, for each routine of PyStokes."""
     count = 1024
     rows: list[tuple[str, dict, float]] = [
         ("slip, four modes", MODES, 15.0),
@@ -55,7 +55,7 @@ def compare(recorder: Recorder) -> None:
 
 
 def _pair_tasks(scene: Scene, friction: bool) -> tuple[Callable, Callable]:
-    """Ours and PyStokes', both returning (2, 3, N)."""
+    """Our sum and that of PyStokes; both return (2, 3, N)."""
     positions, frames = initial_poses(scene)
     model, recipe = Model(scene), Recipe(scene, positions, frames)
     centres, turned = recipe.poses(recipe.start)

@@ -1,9 +1,9 @@
 """ẏ = f(t, y) as it is solved today: SciPy's BDF, PyStokes and NumPy.
 
 The rival of the benchmarks, as a competent user writes it. Everything is vectorised over spheres
-and links, routines and stencils are made ready once, and what a scene does not name is not
-computed. What remains of Python is the loop over pairs when a chain has a limited reach: PyStokes
-sums all the pairs it is shown, so that it is shown two spheres at a time.
+and links, routines and stencils are prepared once, and effects that a scene does not name are not
+computed. Only the loop over pairs of a limited reach is in Python: PyStokes sums over all pairs of
+its input, so it gets two spheres at a time.
 
 The state y (6N,) holds the positions and, for every sphere, the Cayley vector θ of the rotation
 from its starting frame, R = (I − θ^/2)⁻¹ (I + θ^/2): three numbers without a constraint, no
@@ -28,12 +28,12 @@ Rates = Callable[[float, Array], Array]
 Poses = tuple[Array, Array]
 
 STEP = 1e-7
-"""By which a coordinate is moved for a difference quotient, in the paper's units (a = 1)."""
+"""Step of the difference quotients, in the paper's units (a = 1)."""
 
 
 @dataclass(frozen=True)
 class Solution:
-    """Positions (T, N, 3) and frames (T, N, 3, 3) at the times asked for, and what they cost."""
+    """Positions (T, N, 3) and frames (T, N, 3, 3) at the given times, and their cost."""
 
     positions: Array
     frames: Array
@@ -46,8 +46,8 @@ class Solution:
 class Recipe:
     """Twists and rates of a scene's chain, from given poses.
 
-    Raises ValueError for scenes with another kind of ends, of slip axes, of elastic measure or of
-    friction than the ones it is written for.
+    Raises ValueError unless the scene has free ends, slip along e₁, the paper's elastic measure,
+    and one-body friction or friction of all pairs.
     """
 
     def __init__(self, scene: Scene, positions: Array, frames: Array) -> None:
@@ -191,9 +191,9 @@ def _solve(
 def difference_quotients(rates: Rates, t: float, y: Array) -> Array:
     """∂f/∂y (n, n) column by column, n + 1 evaluations.
 
-    The step is the same for all coordinates. SciPy's own scales with |y| or the tolerance, and is
-    lost in rounding where a coordinate is zero: at tight tolerances that Jacobian can be so wrong
-    that steps collapse.
+    The step is the same for all coordinates. SciPy's own step scales with |y| or the tolerance, and
+    is lost in rounding where a coordinate is zero: at tight tolerances the error of that Jacobian
+    makes the time steps collapse.
     """
     before = rates(t, y)
     matrix, moved = np.empty((len(y), len(y))), y.copy()

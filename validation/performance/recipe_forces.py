@@ -1,7 +1,7 @@
-"""(v, ω) of a chain by PyStokes and NumPy: the right-hand side of the rival of the benchmarks.
+"""(v, ω) of a chain by PyStokes and NumPy: the right-hand side of the recipe.
 
-Arrays are component-major, as PyStokes wants them: positions (3, N), frames (component, vector, N).
-Nothing but the tables of PyStokes' factors is shared with the package's own right-hand side.
+Arrays are component-major, as in PyStokes: positions (3, N), frames (component, vector, N).
+It shares only the table of PyStokes' factors with the package.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from nrchain.hydrodynamics import pystokes as adapter
 Array = NDArray[np.float64]
 
 TURNS = (np.array([1, 0, 2]), np.array([2, 1, 0]))
-"""Frame vectors of the two spheres of a link whose product the twist and both bend terms take."""
+"""Frame vectors of the two spheres of a link in the products of twist and bend."""
 
 
 class PairSlip:
@@ -131,7 +131,7 @@ class Elasticity:
 
 
 def irreducible(rank: int, e: Array) -> Array:
-    """e…e − traces of unit vectors (3, N): the components that PyStokes takes, in its order."""
+    """e…e − traces of unit vectors (3, N): the components of PyStokes, in its order."""
     x, y, z = e
     if rank == 1:
         return e

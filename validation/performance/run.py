@@ -1,12 +1,12 @@
-"""How fast is it, against today's practice and against itself, and what grows with N?
+"""How fast is nrchain, against today's practice and against itself, and how does it scale with N?
 
-Everything is measured in one run on one machine: rivals take turns with what they are compared
-with, numbers are medians, and runs are compared at equal measured error, each side at the loosest
-tolerance that meets it. Sums over all pairs are timed with one thread a side, so that neither waits
-for what else the machine does; what all threads make of it is recorded beside it. The bars are the
-project's own, and those that are missed are stated as such. Today's practice is the recipe of
-:mod:`validation.performance.recipe`: SciPy's BDF with a dense difference Jacobian, PyStokes for
-every pair interaction, and a potential vectorised with NumPy.
+Everything is measured in one run on one machine. Rivals take turns, numbers are medians, and runs
+are compared at equal measured error, each side at the loosest tolerance that meets it. Sums over
+all pairs are timed with one thread per side, so that other programs do not matter; times with all
+threads are recorded beside them. The targets are the project's own; those that are missed are
+marked. Today's practice is the recipe of :mod:`validation.performance.recipe`: SciPy's BDF with a
+dense difference Jacobian, PyStokes for every pair interaction, and a potential vectorised with
+NumPy.
 """
 
 from __future__ import annotations
@@ -27,13 +27,12 @@ def study(recorder: Recorder) -> None:
     recorder.step("long range at equal error")
     equal_error.far(recorder)
     recorder.text(
-        "The recipe is run as it is written down, with SciPy's own difference Jacobian and the "
-        "threads that every library takes by itself, and once more with care. Care is one thread "
-        "(two that wait for each other are ten times slower in PyStokes when it is shown two "
-        "spheres at a time, and much slower in SciPy's dense factorisation) and difference steps "
-        "of one size (SciPy's own are lost in rounding where a coordinate is zero). SciPy's BDF "
-        "then asks for few Jacobians, and most of its cost is that of 6N right-hand sides for "
-        "each of them."
+        "The recipe runs twice: plain, with SciPy's difference Jacobian and the default threads of "
+        "every library, and with care. With care means one thread and difference steps of one "
+        "size. Two threads that wait for each other are ten times slower in PyStokes on two "
+        "spheres, and much slower in SciPy's dense factorisation. SciPy's own difference steps are "
+        "lost in rounding where a coordinate is zero. SciPy's BDF then asks for few Jacobians, and "
+        "most of its cost is the 6N right-hand sides of each."
     )
     recorder.step("effects left out")
     effects_left_out.compare(recorder)

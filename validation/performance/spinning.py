@@ -47,8 +47,8 @@ def compare(recorder: Recorder) -> None:
         "Revolutions",
         ["Scene", "Right-hand sides", "Steps", "Seconds"],
         rows,
-        f"Shipped scenes of 20 spheres at their tolerance of 1e-6, {turns} revolutions. The "
-        "paper's measures of twist and bend wobble on a chain that spins, the isotropic ones do "
+        f"Shipped scenes of 20 spheres at their tolerance of 1e-6, {turns} revolutions. On a "
+        "spinning chain the paper's measures of twist and bend oscillate; the isotropic ones do "
         "not.",
     )
     recorder.bound(
@@ -80,7 +80,7 @@ def compare(recorder: Recorder) -> None:
 
 
 def _counted(scene: str, turns: int, measure: str = "paper") -> Trajectory:
-    """A shipped scene for as long as ``turns`` revolutions of the spiral, of 20 spheres, take."""
+    """Run a shipped scene for the time of ``turns`` revolutions of the spiral of 20 spheres."""
     span = 2 * math.pi * turns / (OMEGA * (1 - 1 / 20))
     changes = {"elasticity.measure": measure, "run.end": span, "run.snapshots": 2}
     return simulate(load_scene(scene, **changes))

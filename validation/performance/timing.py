@@ -1,4 +1,4 @@
-"""Seconds and bytes: tasks timed in turns, runs at equal error, memory and start-up of children."""
+"""Time tasks in turns and runs at equal error; measure memory and start in child processes."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ Solve = Callable[[Scene, Array, Array, Array, float, float], Solution]
 
 ROOT = Path(__file__).resolve().parents[2]
 TOLERANCES = tuple(10.0 ** (-0.5 * k) for k in range(6, 19))
-"""rtol = atol that runs are tried with, from loose to tight."""
+"""rtol = atol of the runs, from loose to tight."""
 
 REFERENCE = 1e-10
-"""rtol = atol of the runs that errors are measured against."""
+"""rtol = atol of the reference runs."""
 
 
 @dataclass(frozen=True)
@@ -48,8 +48,8 @@ class Timed:
 def in_turns(tasks: Mapping[str, Task], *, rounds: int = 15, sample: float = 0.02) -> dict:
     """Seconds per call, (rounds,) by name.
 
-    Tasks take turns, so that whatever else the machine does falls on all alike, and each turn is
-    filled with as many calls as ``sample`` seconds hold, so that no task slips between others.
+    Tasks take turns, so that other programs on the machine affect all of them alike. Each turn
+    calls a task as often as fits into ``sample`` seconds.
     """
     calls = {}
     for name, task in tasks.items():
@@ -82,12 +82,12 @@ def at_tolerance(scene: Scene, tolerance: float, **changes: Any) -> Scene:
 
 
 def reference(scene: Scene) -> Trajectory:
-    """The run that errors are measured against."""
+    """The reference run."""
     return simulate(at_tolerance(scene, REFERENCE))
 
 
 def miss(positions: Array, true: Trajectory) -> float:
-    """max |r − r′|/a over spheres and snapshots; infinite for a run that did not arrive."""
+    """max |r − r′|/a over spheres and snapshots; infinite for a run that stopped early."""
     if positions.shape != true.positions.shape:
         return math.inf
     apart = np.linalg.norm(positions - true.positions, axis=-1)
@@ -95,7 +95,7 @@ def miss(positions: Array, true: Trajectory) -> float:
 
 
 def ours(scene: Scene, tolerance: float, true: Trajectory) -> Timed:
-    """nrchain's run."""
+    """Time a run of nrchain."""
     begin = time.perf_counter()
     found = simulate(at_tolerance(scene, tolerance))
     seconds = time.perf_counter() - begin
@@ -104,7 +104,7 @@ def ours(scene: Scene, tolerance: float, true: Trajectory) -> Timed:
 
 
 def theirs(solve: Solve, scene: Scene, tolerance: float, true: Trajectory) -> Timed:
-    """A rival's run; one that breaks down has an infinite error."""
+    """Time a run of a rival; a run that fails has an infinite error."""
     try:
         found = solve(scene, *initial_poses(scene), true.time, tolerance, tolerance)
     except ArithmeticError:
@@ -114,7 +114,7 @@ def theirs(solve: Solve, scene: Scene, tolerance: float, true: Trajectory) -> Ti
 
 
 def loosest(run: Callable[[float], Timed], most: float, first: float = TOLERANCES[0]) -> Timed:
-    """The run at the loosest of :data:`TOLERANCES`, from ``first`` on, whose error is ``most``."""
+    """The run at the loosest of :data:`TOLERANCES` ≤ ``first`` with an error ≤ ``most``."""
     for tolerance in TOLERANCES:
         if tolerance <= first and (found := run(tolerance)).error <= most:
             return found
