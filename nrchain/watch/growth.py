@@ -99,6 +99,7 @@ class GrowthWatch:
         self._scale = np.zeros(2)
         self._fastest = self._judged = self._step = 0.0
         self._looks = self._wait = 0
+        self._found = self._confirms = math.inf
 
     def watch(self, begin: float, end: float, poses: Poses, y: np.ndarray) -> Stop | None:
         """The stop at ``end`` if the step from ``begin``, to ``poses``, loses a growing mode.
@@ -121,15 +122,16 @@ class GrowthWatch:
         step, left = end - begin, self._integrator.end - end
         if falls and bend > SEEN * tolerance and self._links is None:
             return None
-        if left <= 0.0 or not self._is_due(step, poses):
+        lasted = end - self._found if end >= self._confirms else 0.0
+        if not lasted and (left <= 0.0 or not self._is_due(step, poses)):
             return None
-        growth = self._growth(end, step, left, poses)
+        growth = self._growth(end, step, max(left, lasted), poses)
         self._fastest = float(growth.rates.max(initial=0.0))
         self._judged, self._step = 2.0 * step * self._fastest, step
-        if not len(growth.rates):
-            return None
         if bend <= STRAIGHT:
-            self._warn_once(end, self._fastest)
+            self._warn_if_lasting(end, self._fastest)
+            return None
+        if not len(growth.rates):
             return None
         lost = resolution.lost_mode(growth, step, left, bend)
         if lost is None:
@@ -171,8 +173,17 @@ class GrowthWatch:
         fast = self._integrator.growth_limit / step
         return growth_about_base(self._chain, axis, FOLDS / left, fast)
 
-    def _warn_once(self, time: float, rate: float) -> None:
-        if self._warned:
+    def _warn_if_lasting(self, time: float, rate: float) -> None:
+        """Warn of growth that is still there once it would have grown a bend by e^``FOLDS``.
+
+        Links that relax along themselves pass through states that grow for a moment only.
+        """
+        if not rate:
+            self._found = self._confirms = math.inf
+            return
+        if time < self._confirms:
+            if math.isinf(self._found):
+                self._found, self._confirms = time, time + FOLDS / rate
             return
         self._warned = True
         self._report(

@@ -209,3 +209,12 @@ def test_rates_that_are_not_found_leave_the_run_as_it_is(monkeypatch, failure):
     scene = squeezed(**{"run.end": 1e-3})
     found = nrchain.simulate(scene, positions=compressed(scene, 1e-10))
     assert found.status == "completed"
+
+
+def test_growth_that_lasts_for_a_moment_as_links_relax_is_not_warned_of():
+    """Two spheres 5e-4 too far apart: steps overshoot by their tolerance, and push for 1e-11."""
+    changes = {"chain.particles": 2, "elasticity.ratio": 1e7, "start.shape": "straight"}
+    scene = nrchain.load_scene("passive", **{"chain.ends": "free", "run.end": 50.0} | changes)
+    positions = np.array([[0.0, 0.0, 0.0], [10.005, 0.0, 0.0]])
+    with warnings.catch_warnings(action="error", category=nrchain.SceneWarning):
+        assert nrchain.simulate(scene, positions=positions).status == "completed"
