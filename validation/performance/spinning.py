@@ -19,9 +19,15 @@ OMEGA = 363 / 5 * 1e4 / 10.0**5
 class _Still(ChartedChain):
     """Charts whose bases drift and do not spin."""
 
-    def rebase(self, time: float, positions: np.ndarray, frames: np.ndarray) -> None:
-        super().rebase(time, positions, frames)
-        self.spin = 0.0
+    def set_base(
+        self,
+        time: float,
+        positions: np.ndarray,
+        frames: np.ndarray,
+        drift: np.ndarray,
+        spin: float,
+    ) -> None:
+        super().set_base(time, positions, frames, drift, 0.0)
 
 
 def compare(recorder: Recorder) -> None:
