@@ -109,7 +109,7 @@ SPECIMENS = {
     "nrchain.measure.Wave": lambda: measure.wave(periodic_trajectory(), kind="y"),
     "nrchain.plan.Line": lambda: plan.plan(scene()).lines[0],
     "nrchain.plan.Plan": lambda: plan.plan(scene()),
-    "nrchain.regime.Judgement": lambda: regime.judged(nrchain.load_scene("buckling")),
+    "nrchain.regime.Judgement": lambda: regime.try_judge(nrchain.load_scene("buckling")),
     "nrchain.rod.Modulus": lambda: rod.TABLE[0],
     "nrchain.work.RunCost": lambda: work.cost_of(trajectory()),
     "nrchain.work.Stopwatch": work.Stopwatch,

@@ -8,7 +8,7 @@ from nrchain import slip_modes
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics.flow_tables import curl, divergence, laplacian
 from nrchain.hydrodynamics.slip_mode import SlipMode
-from nrchain.planning.effect_changes import changes_of
+from nrchain.planning.effect_changes import possible_changes
 from nrchain.scene.loading import load_scene
 
 # Physics reference, section 2: a w / V over powers of a/r, written out by hand.
@@ -124,7 +124,7 @@ def test_a_flow_as_of_a_force_has_no_sum_over_images():
             load_scene(scene, **{"slip.neighbours": "all"})
         assert load_scene(scene, **{"slip.neighbours": "all", "slip.1s": 0.0})
         assert load_scene(scene, **{"slip.neighbours": "all", "chain.ends": "free"})
-        assert "slip of all pairs" not in [change.effect for change in changes_of(scene)]
+        assert "slip of all pairs" not in [change.effect for change in possible_changes(scene)]
     finally:
         slip_modes.unregister("1s")
 

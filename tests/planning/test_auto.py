@@ -83,7 +83,7 @@ def test_a_run_stops_when_what_is_left_out_grows(quiet):
     assert stopped.cause is Cause.NEGLECTED
     assert stopped.status == "stopped"
     assert "left out" in stopped.reason
-    assert "friction.kind = 'pairwise' names it" in stopped.reason
+    assert "friction.kind = 'pairwise' includes them" in stopped.reason
 
 
 def test_a_run_whose_bound_broke_goes_on_only_unwatched_and_says_so(quiet, tmp_path):
@@ -384,7 +384,7 @@ def test_an_error_beyond_the_probe_is_told_as_an_estimate_or_as_not_known(quiet)
     tight = nrchain.load_scene(quiet, tolerance=1e-3)
     none = choose(tight, budget=0.0)[1]
     assert none.forgone.error is None
-    assert none.lines()[1].endswith("how far it strays is not known")
+    assert none.lines()[1].endswith("its error is not known")
     assert Choice.from_json(none.to_json()) == none
     forgone = [choice.forgone for choice in cut_short(quiet) if choice.forgone]
     early = next(one for one in forgone if one.carried)

@@ -78,7 +78,7 @@ def test_where_a_run_stops_the_difference_is_that_of_its_stop():
     changes = [c for c in possible_changes(scene) if c.effect == "twist"]
     one = estimate_effects(scene, changes).estimates[0]
     assert one.ends
-    assert "without it the run stops: link-turned" in one.stops
+    assert "the run without it stops: link-turned" in one.stops
     early = {"run.end": 0.999 * one.until, "run.snapshots": 2}
     runs = [nrchain.simulate(nrchain.load_scene(s, **early)) for s in (scene, one.change.scene)]
     found = largest_distance(

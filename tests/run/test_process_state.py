@@ -139,7 +139,7 @@ def test_nor_does_it_change_while_a_run_goes_on(integrator):
 def test_the_arithmetic_between_the_steps_of_paired_runs_is_their_consumers():
     pair = SharedStepRun([scene(), scene(**{"slip.2s": 90.0})], starting_poses(scene()), 1e-6)
     before = np.geterr()
-    assert [np.geterr() for _ in pair.go([0.5, 1.0, 2.0])] == [before] * 3
+    assert [np.geterr() for _ in pair.advance([0.5, 1.0, 2.0])] == [before] * 3
 
 
 def test_a_run_in_a_thread_leaves_signals_alone():

@@ -17,7 +17,7 @@ import nrchain
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.geometry import near_pairs
 from nrchain.outcome import Cause, Stop
-from nrchain.planning import start
+from nrchain.planning import checked_start
 from nrchain.run.recording import snapshot_times
 from nrchain.watch.growth import GrowthWatch
 
@@ -181,7 +181,10 @@ def test_any_turn_is_fine_without_springs_against_it():
         ({"positions": np.zeros((20, 3))}, "^positions = 'spheres 0 and 1': overlap"),
         ({"positions": np.full((20, 3), np.nan)}, "finite"),
         ({"positions": [["a"] * 3] * 20}, "must be numbers of shape"),
-        ({"positions": 1e200 * np.arange(60.0).reshape(20, 3)}, "no coordinate may exceed"),
+        (
+            {"positions": 1e200 * np.arange(60.0).reshape(20, 3)},
+            r"coordinates must be at most 1e\+100",
+        ),
         ({"frames": half_turned()}, r"^frames = 'link 9': turned by 3 rad"),
         ({"frames": np.zeros((20, 3, 3))}, r"^frames\[0\] = .* orthonormal .* off by 1;"),
         ({"frames": -np.broadcast_to(np.eye(3), (20, 3, 3))}, "are left-handed"),
@@ -196,7 +199,8 @@ def test_overlapping_start_of_a_scene_is_refused():
     # a sine in the y direction brings no spheres together, random offsets of 1 a at 2.001 a do
     crowded = nrchain.load_scene("buckling", chain={"spacing": 2.001})
     with pytest.raises(SceneError, match=r"spheres .* overlap"):
-        nrchain.simulate(crowded, positions=1.999 / 2.001 * start.starting_poses(crowded)[0])
+        positions = checked_start.starting_poses(crowded)[0]
+        nrchain.simulate(crowded, positions=1.999 / 2.001 * positions)
 
 
 @pytest.mark.filterwarnings("ignore::nrchain.errors.SceneWarning")
@@ -447,5 +451,5 @@ def test_a_place_that_is_taken_is_refused_before_effects_are_chosen(tmp_path, mo
     place = tmp_path / name if name else tmp_path
     (tmp_path / (name or "trajectory.h5")).write_bytes(b"dear")
     monkeypatch.setattr("nrchain.planning.auto.choose", lambda *_: pytest.fail("time is spent"))
-    with pytest.raises(TrajectoryError, match="only replaced with overwrite"):
+    with pytest.raises(TrajectoryError, match="replaced only with overwrite"):
         nrchain.simulate(scene, output=place)

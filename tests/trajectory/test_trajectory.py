@@ -19,7 +19,7 @@ from nrchain.errors import SceneError, TrajectoryError
 from nrchain.outcome import Cause
 from nrchain.run.simulation import resume, simulate
 from nrchain.scene.loading import load_scene
-from nrchain.trajectory import layout as h5md
+from nrchain.trajectory import new_file
 from nrchain.trajectory import writer as trajectory_writer
 from nrchain.trajectory.checkpoint import Checkpoint
 from nrchain.trajectory.file import FILE_NAME, open_file
@@ -602,7 +602,7 @@ def test_a_file_takes_little_more_than_its_numbers(path):
 
 
 def test_a_snapshot_larger_than_a_chunk_should_be_has_one_of_its_own(path, monkeypatch):
-    monkeypatch.setattr(h5md, "CHUNK_BYTES", 100)
+    monkeypatch.setattr(new_file, "CHUNK_BYTES", 100)
     with TrajectoryWriter(path, make_scene(9), TIMES) as writer:
         for index in range(len(TIMES)):
             write(writer, index)

@@ -202,7 +202,7 @@ def test_the_title_tells_what_was_run(tmp_path, figures):
     ],
 )
 def test_modes_text(slip, text):
-    assert modes_text(load_scene({"chain.particles": 3, "run.end": 1, "slip": slip})) == text
+    assert modes_text(load_scene({"chain.particles": 3, "run.end": 1, "slip": slip}).slip) == text
 
 
 @pytest.mark.parametrize(

@@ -100,7 +100,7 @@ def test_probes_resolve_a_seed_below_their_own_tolerance():
     """At the probe's 3e-5 nothing of a start of 1e-6 would be seen to grow."""
     scene = buckling(**{"start.amplitude": 1e-6, "run.atol": 1e-9})
     probe = SharedStepRun([scene], starting_poses(scene), 3e-5)
-    list(probe.go([1000.0]))
+    list(probe.advance([1000.0]))
     run = nrchain.simulate(scene)
     offset = float(np.abs(probe.poses[0][0][:, 1:]).max())
     assert offset == pytest.approx(largest_offset(run), rel=0.1)

@@ -20,7 +20,7 @@ from nrchain.motion.charts import TURN_LIMIT, ChartedChain
 from nrchain.motion.integrators import INTEGRATORS, find_integrator
 from nrchain.motion.integrators.base import IntegrationError, Integrator
 from nrchain.motion.integrators.linear import BandedJacobian
-from nrchain.scene import sections as scene_sections
+from nrchain.scene import chain_sections
 from nrchain.scene.poses import initial_poses
 
 NAMES = list(INTEGRATORS)
@@ -223,4 +223,4 @@ def test_where_all_spheres_act_on_all_the_jacobian_is_never_built(name, monkeypa
 
 
 def test_scenes_take_every_integrator_by_name():
-    assert set(get_args(scene_sections.Integrator)) == set(INTEGRATORS)
+    assert set(get_args(chain_sections.Integrator)) == set(INTEGRATORS)
