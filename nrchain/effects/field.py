@@ -33,7 +33,7 @@ class FieldSpec(Section):
 
 
 @kernel
-def _add_field(frames, lab, body, wrenches):
+def _add_field(frames: np.ndarray, lab: np.ndarray, body: np.ndarray, wrenches: np.ndarray) -> None:
     """wrenches += (f, t) + Σ_a (f_a, t_a) e_a."""
     for i in range(wrenches.shape[0]):
         for half in range(2):

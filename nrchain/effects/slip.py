@@ -7,6 +7,7 @@ is the effect ``finite size``. A model sums all three, of all modes, in one pass
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -101,7 +102,7 @@ def _make_effect(mode: SlipMode) -> type[SlipEffect]:
 _BASIS = {"n": "n", "e": "e", "x": "e × n"}
 
 
-def _polynomial(p: tuple) -> str:
+def _polynomial(p: Sequence[object]) -> str:
     powers = ("", " c", " c²", " c³", " c⁴", " c⁵", " c⁶")
     return " + ".join(f"{q}{powers[m]}" for m, q in enumerate(p) if q).replace("+ -", "− ")
 

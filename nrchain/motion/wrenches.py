@@ -13,8 +13,10 @@ from nrchain.hydrodynamics.given_slips import GivenSlip, given_slips
 from nrchain.hydrodynamics.slip import Slip
 from nrchain.inputs.arguments import finite_array, rotations
 from nrchain.inputs.rules import choice, flag, number
+from nrchain.potential.chain import Elasticity, terms_of
 from nrchain.scene.chain_sections import Ends, Measure
 from nrchain.scene.fluid_sections import NEIGHBOURS, Backend
+from nrchain.scene.unwrapping import unwrapped
 
 
 def _poses(positions: Any, frames: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -160,7 +162,18 @@ def _through_pystokes(
     return np.concatenate([velocities, spins], axis=1)
 
 
-def _read_chain(positions, frames, spacing, stretch, shear, twist, bend, ends, measure):
+def _read_chain(
+    positions: Any,
+    frames: Any,
+    spacing: float,
+    stretch: float,
+    shear: float,
+    twist: float,
+    bend: float,
+    ends: Any,
+    measure: Any,
+) -> tuple[np.ndarray, np.ndarray, Elasticity]:
+    """Checked poses, and the elastic energy with these moduli."""
     r, e = _poses(positions, frames)
     if len(r) < 2:
         raise SceneError("positions", r.shape, "a chain has at least two spheres")
@@ -169,9 +182,6 @@ def _read_chain(positions, frames, spacing, stretch, shear, twist, bend, ends, m
     d = number(above=0)("spacing", spacing)
     named = {"stretch": stretch, "shear": shear, "twist": twist, "bend": bend}
     moduli = [number(least=0)(name, value) for name, value in named.items()]
-    from nrchain.potential.chain import Elasticity, terms_of
-    from nrchain.scene.unwrapping import unwrapped
-
     if ends == "periodic" and any(moduli[:2]):
         r = unwrapped(r, d)
     period, isotropic = len(r) * d if ends == "periodic" else 0.0, measure == "isotropic"

@@ -271,7 +271,9 @@ def _root(chain: StraightChain, phases: np.ndarray) -> Complex:
         raise SceneError("friction.neighbours", reach, allowed) from None
 
 
-def _two_branches(a, b, c, d) -> tuple[np.ndarray, np.ndarray]:
+def _two_branches(
+    a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues of [[a, b], [c, d]], the one nearer to a first, without cancellation."""
     half = (a - d) / 2.0
     root = np.sqrt(half * half + b * c)

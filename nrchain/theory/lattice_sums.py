@@ -12,6 +12,7 @@ reach double precision, at small θ without cancellation. Phases are reduced to 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Literal
 
@@ -100,7 +101,9 @@ def _reduce(phases: ArrayLike) -> NDArray[np.float64]:
     )
 
 
-def _direct(power: int, theta: NDArray[np.float64], reach: int, term) -> NDArray[np.float64]:
+def _direct(
+    power: int, theta: NDArray[np.float64], reach: int, term: Callable[[np.ndarray], np.ndarray]
+) -> NDArray[np.float64]:
     """Σ_{m ≤ reach} term(mθ)/m^s, smallest terms first."""
     if reach > MOST_TERMS:
         allowed = f"must be at most {MOST_TERMS}; use 'all' for the sum over all neighbours"
@@ -130,7 +133,9 @@ def _coefficients(power: int) -> NDArray[np.float64]:
     return row
 
 
-def _logarithmic(power: int, t: NDArray[np.float64]) -> tuple[NDArray, NDArray]:
+def _logarithmic(
+    power: int, t: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Real and imaginary part of (it)^{s−1}/(s−1)! (H_{s−1} − ln t + iπ/2), for t ≥ 0."""
     harmonic = sum(1.0 / n for n in range(1, power))
     size = t ** (power - 1) / math.factorial(power - 1)

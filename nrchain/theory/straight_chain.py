@@ -94,7 +94,7 @@ class StraightChain:
         """Whether a rotation about the chain changes nothing."""
         return not (self.turning or self.fixed)
 
-    def _add_mode(self, label: str, strength: float, axis) -> None:
+    def _add_mode(self, label: str, strength: float, axis: tuple[float, float, float]) -> None:
         """Evaluate pairs of a mode at several distances, and separate the powers."""
         mode, spacing = slip_modes.find(label), self.scene.chain.spacing
         finite_size = self.scene.slip.finite_size

@@ -17,7 +17,7 @@ from typing import Self
 from nrchain.errors import PlatformError, TrajectoryError
 
 try:
-    import fcntl
+    import fcntl as fcntl
 except ImportError:
     raise PlatformError from None
 

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 from nrchain import Scene, Trajectory, auto, load_scene, simulate, work
 from nrchain.accuracy.timing import distance
+from nrchain.planning.choice import Choice, full_scene
 from nrchain.planning.hydrodynamic_set import HydrodynamicSet
 from validation.effects.scenes import completed, long_scene, random_scene
 from validation.report.recorder import Recorder
@@ -47,7 +48,7 @@ class Outcome:
     name: str
     tolerance: float
     error: float
-    choice: auto.Choice
+    choice: Choice
     chosen: HydrodynamicSet
     best: HydrodynamicSet
     chosen_seconds: float
@@ -72,7 +73,7 @@ def compare(recorder: Recorder) -> None:
 def _left_to_choice(scene: Scene, tolerance: float) -> Scene:
     """The scene with ``effects = "auto"``, short enough for all models to complete."""
     scene = load_scene(scene, **dict.fromkeys(AUTO_KEYS))
-    full = auto.full_scene(scene)
+    full = full_scene(scene)
     scene = load_scene(scene, **{"run.end": completed(full).run.end})
     return load_scene(scene, effects="auto", tolerance=tolerance)
 
@@ -84,7 +85,7 @@ def _outcome(name: str, scene: Scene) -> Outcome:
         began = clock.process_time()
         concrete, choice = auto.choose(scene)
         choosing = min(choosing, clock.process_time() - began)
-    full = auto.full_scene(scene)
+    full = full_scene(scene)
     reference = simulate(full)
     sets = {fluid: fluid.apply_to(full) for fluid in _sets(full)}
     runs = {fluid: _timed(one) for fluid, one in sets.items()}
@@ -114,7 +115,7 @@ def _outcome(name: str, scene: Scene) -> Outcome:
     )
 
 
-def _stated_work(choice: auto.Choice, full: Scene, chosen: Scene) -> float:
+def _stated_work(choice: Choice, full: Scene, chosen: Scene) -> float:
     """Stated share of the work of a right-hand side, over the median of the measured shares."""
     told, less = choice.work, chosen
     if choice.forgone:
@@ -146,7 +147,7 @@ def _sets(full: Scene) -> list[HydrodynamicSet]:
     return [HydrodynamicSet(friction, *flow) for friction in frictions for flow in sorted(flows)]
 
 
-def _timed(scene: Scene, choice: auto.Choice | None = None) -> tuple[Trajectory, float]:
+def _timed(scene: Scene, choice: Choice | None = None) -> tuple[Trajectory, float]:
     began = clock.process_time()
     run = simulate(scene, choice=choice)
     return run, clock.process_time() - began

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,15 +73,15 @@ def fit_shape(
     span, size = t[-1], math.sqrt(np.mean(data**2))
     carrier = np.exp(1j * guess.wavenumber * s)
 
-    def shape_of(p, factor):
+    def shape_of(p: Sequence[float], factor: complex | Array) -> Array:
         history = factor * np.exp((p[2] + 1j * p[3]) * t / span)
         shape = history[:, None] * carrier
         return _as_real_row(shape if np.iscomplexobj(field) else shape.real)
 
-    def model(_, *p):
+    def model(_: object, *p: float) -> Array:
         return shape_of(p, p[0] + 1j * p[1])
 
-    def derivative(_, *p):
+    def derivative(_: object, *p: float) -> Array:
         size_and_phase = (p[0] + 1j * p[1]) * t / span
         factors = (1.0, 1j, size_and_phase, 1j * size_and_phase)
         return np.stack([shape_of(p, factor + 0.0 * t) for factor in factors], axis=1)
@@ -102,7 +104,7 @@ def fit_shape(
     return ShapeFit(fitted, complex(found[0], found[1]) * size, misfit)
 
 
-def _as_real_row(values: NDArray) -> Array:
+def _as_real_row(values: NDArray[Any]) -> Array:
     """All numbers in one row: the real parts, then the imaginary ones if there are any."""
     flat = values.ravel()
     return np.concatenate([flat.real, flat.imag]) if np.iscomplexobj(flat) else flat

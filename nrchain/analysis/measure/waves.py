@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,7 +116,7 @@ def wave(
     return Wave(trajectory.time, amplitude, misfit, q, fits, noise)
 
 
-def component(trajectory: Trajectory, kind: Kind, of: Quantity, s: Array) -> NDArray:
+def component(trajectory: Trajectory, kind: Kind, of: Quantity, s: Array) -> NDArray[Any]:
     """(T, N) y ± iz, y, z or x − s, of positions or of e₁."""
     if not isinstance(kind, str) or kind not in get_args(Kind) or (kind, of) == ("x", "tilt"):
         allowed = "must be 'right', 'left', 'y', 'z' or, for displacements, 'x'"
@@ -129,7 +129,7 @@ def component(trajectory: Trajectory, kind: Kind, of: Quantity, s: Array) -> NDA
     return vectors[..., 0] - s
 
 
-def _project(field: NDArray, q: float, s: Array) -> tuple[NDArray[np.complex128], Array]:
+def _project(field: NDArray[Any], q: float, s: Array) -> tuple[NDArray[np.complex128], Array]:
     """The discrete Fourier component, and the root mean square of all others except the mean."""
     amplitude = field @ np.exp(-1j * q * s) / len(s)
     shape = amplitude[:, None] * np.exp(1j * q * s)
@@ -141,7 +141,7 @@ def _project(field: NDArray, q: float, s: Array) -> tuple[NDArray[np.complex128]
 
 
 def _fit_snapshots(
-    field: NDArray, q: float, s: Array, rigid: bool
+    field: NDArray[Any], q: float, s: Array, rigid: bool
 ) -> tuple[NDArray[np.complex128], Array]:
     """The least-squares amplitude in each snapshot, with a mean and a slope if ``rigid``."""
     complex_field = np.iscomplexobj(field)
