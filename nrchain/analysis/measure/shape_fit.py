@@ -73,7 +73,7 @@ def fit_shape(
     span, size = t[-1], math.sqrt(np.mean(data**2))
     carrier = np.exp(1j * guess.wavenumber * s)
 
-    def shape_of(p: Sequence[float], factor: complex | Array) -> Array:
+    def shape_of(p: Sequence[float], factor: complex | NDArray[Any]) -> Array:
         history = factor * np.exp((p[2] + 1j * p[3]) * t / span)
         shape = history[:, None] * carrier
         return _as_real_row(shape if np.iscomplexobj(field) else shape.real)
