@@ -89,7 +89,7 @@ class EffectPlan:
             "goes from its value at the start to its maximum over the probe",
             growth,
             "displaced, rotated: largest change of a position, in radii, and of a frame, in "
-            "radians, at the end of the run, or where one of both runs stops",
+            "radians, at the end of the run, or where the first of the two runs stops",
             "cost: share of the time of a right-hand side that the effect takes, or would add",
             f"the run: {self.cost if isinstance(self.cost, str) else self.cost.words()}",
             DEFINITION,

@@ -22,7 +22,7 @@ def finish(trajectory: Trajectory) -> None:
     from nrchain.run.work import DEFINITION
 
     picture = _draw(trajectory)
-    show_if_possible(counters_table(trajectory))
+    show_if_possible(counters_table(trajectory), whole=True)
     show_if_possible(DEFINITION, soft_wrap=True)
     show_if_possible(effects_table(trajectory))
     if trajectory.path:

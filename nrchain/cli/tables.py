@@ -36,6 +36,7 @@ def counters_table(trajectory: Trajectory) -> Table:
         "wall\ntime": f"{counters.get('wall_time', 0.0):.2f} s",
     }
     table = plain_table()
+    table.collapse_padding = True
     for title in entries:
         table.add_column(title, justify="right")
     table.add_row(*entries.values())

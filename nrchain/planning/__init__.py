@@ -19,7 +19,7 @@ Which effects does it need? (``nrchain plan --effects``, ``effects = "auto"``)
 - ``effect_changes``: which effects could a scene drop or add?
 - ``estimate``: how far does each of them move the chain?
 - ``auto``: which set of effects is the cheapest within a tolerance?
-- ``probe``: how far do sets of effects stray from the full model in a short run?
+- ``probe``: how far are sets of effects from the full model in a short run?
 - ``choice``: what did the choice leave out, and does its bound hold during the run?
 - ``hydrodynamic_set``: how far do the flows between spheres reach in a scene?
 - ``flow_keys``: which keys set the reach and the finite size of its flows?

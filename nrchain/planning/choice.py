@@ -15,7 +15,7 @@ from nrchain.scene.loading import load_scene
 from nrchain.scene.scene import Scene
 
 BREACH = 2.0
-"""The bound breaks when neglected velocities exceed those of the probe this many times."""
+"""The bound breaks when neglected velocities exceed those of the probe by this factor."""
 
 WINDOW = 0.1
 """Part of a run about a time from which the velocities of the probe are taken."""
@@ -40,8 +40,8 @@ class Forgone:
         Expected distance from the full model, in radii or radians, as :attr:`Choice.bound`; None if
         no probe found it.
     until
-        The time to which the probe followed it: the end of the run, the time at which it strayed
-        too far or one of the two stopped, or the time at which the probe ended.
+        The time to which the probe followed it: the end of the run, the time at which it was
+        too far off or one of the two stopped, or the time at which the probe ended.
     carried
         Whether the probe ended early, so that the error is extrapolated from there.
     stops
@@ -58,8 +58,8 @@ class Forgone:
     def line(self, tolerance: float, end: float) -> str:
         """Saving and error in one sentence."""
         text = (
-            f"the cheapest set leaves out {', '.join(self.left_out)}: a right-hand side takes "
-            f"{self.work:.2g} of the work"
+            f"the cheapest set of effects leaves out {', '.join(self.left_out)}: a right-hand side "
+            f"takes {self.work:.2g} of the work"
         )
         if self.error is None:
             return f"{text}; its error is not known"
@@ -70,7 +70,7 @@ class Forgone:
             text += f", and poses are {size} by t = {self.until:.4g}"
         else:
             text += f", and poses are at most {size} (to t = {self.until:.4g})"
-        text += f", {tolerance:g} allowed"
+        text += f"; {tolerance:g} is allowed"
         return f"{text}; its run stops: {self.stops}" if self.stops else text
 
 
@@ -85,8 +85,8 @@ class Choice:
     left_out
         The effects left out, in words; empty for the full model.
     bound
-        Largest expected distance from the full model, in radii or radians: that of the probe and a
-        tenth.
+        Largest expected distance from the full model, in radii or radians: 1.1 times that of the
+        probe.
     probed
         The time to which the probe went; beyond it, the distance is extrapolated.
     times, velocities
@@ -143,18 +143,18 @@ class Choice:
         if self.forgone:
             sentences.append(self.forgone.line(self.tolerance, self.end))
         if self.sets:
-            sentences.append(f"keys set by it: {', '.join(self.sets)}")
+            sentences.append(f"keys that the choice sets: {', '.join(self.sets)}")
         if self.left_out:
             how = f"to t = {self.probed:.4g}"
             if self.probed < self.end:
                 how = f"an estimate beyond t = {self.probed:.4g}, where the probe ended"
             sentences.append(
-                f"neglected: at most {self.bound:.2g} radii or radians from the full model ({how}),"
-                f" {self.tolerance:g} allowed"
+                f"poses stay within {self.bound:.2g} radii or radians of the full model ({how});"
+                f" {self.tolerance:g} is allowed"
             )
         if math.isfinite(self.watched_until):
             sentences.append(
-                f"not watched from t = {self.watched_until:.4g} on: no bound is known there"
+                f"not watched from t = {self.watched_until:.4g} on: no bound holds there"
             )
         return sentences
 

@@ -44,7 +44,7 @@ def plan(scene: Scene) -> Plan:
     Raises :class:`~nrchain.errors.SceneError` for a start that a run would refuse.
     """
     positions, frames = starting_poses(scene)
-    lines = [_start_line(scene, positions)]
+    lines = [_units_line(scene), _start_line(scene, positions)]
     if is_cut(scene):
         lines.append(_mobility_line(scene, positions))
     found = try_judge(scene)
@@ -57,17 +57,29 @@ def plan(scene: Scene) -> Plan:
     lines += [Line(*row) for row in strain_reach_rows(scene, positions)]
     drift = rounding_drift(scene)
     lines.append(
-        Line("rounding", f"drift = {drift:.1e}", "length per time, from rounded positions")
+        Line(
+            "rounding",
+            f"drift = {drift:.1e}",
+            "velocity of a sphere from the rounding of positions",
+        )
     )
     return Plan(lines, warnings(scene, found))
+
+
+def _units_line(scene: Scene) -> Line:
+    return Line(
+        "units",
+        f"a = {scene.chain.radius:g}, η = {scene.chain.viscosity:g}",
+        "every number is in the units of the scene, with radius a and viscosity η",
+    )
 
 
 def _mobility_line(scene: Scene, positions: np.ndarray) -> Line:
     return Line(
         "friction",
         f"least mobility = {least_mobility(scene, positions):.2g}",
-        "times that of one sphere, the least over all wrenches at the start; it must stay positive "
-        "as the chain moves"
+        "mobility of the wrench that moves the start least, over that of one sphere; it must stay "
+        "positive as the chain moves"
         + (", as it always is with friction.neighbours = 'all'" if takes_all(scene) else ""),
     )
 
@@ -108,7 +120,7 @@ def _load_lines(scene: Scene, found: Judgement) -> list[Line]:
     if moment:
         twist = float(np.abs(found.state.turns).max())
         meaning = (
-            f"the largest about the chain; links of the straight chain twist by {twist:.2g} rad"
+            f"the largest moment of a link; links of the straight chain twist by {twist:.2g} rad"
         )
         lines.append(Line("moment", f"M = {moment:.4g}", meaning))
     return lines
@@ -125,9 +137,8 @@ def _growth_lines(scene: Scene, found: Judgement, seed: float) -> list[Line]:
     if not across.rate and not growth.along.rate:
         return [Line("growth", "none", f"the straight state of this chain is stable{part}")]
     if not across.rate:
-        return [
-            Line("growth", f"Re Λ = {growth.along.rate:.3e}", f"of stretch along the chain{part}")
-        ]
+        meaning = f"growth rate of stretch along the chain{part}"
+        return [Line("growth", f"Re Λ = {growth.along.rate:.3e}", meaning)]
     lines = [
         Line("growth", f"Re Λ = {across.rate:.3e}", _growth_meaning(scene, growth, seed) + part)
     ]
@@ -139,7 +150,9 @@ def _growth_lines(scene: Scene, found: Judgement, seed: float) -> list[Line]:
 
 def _growth_meaning(scene: Scene, growth: StraightGrowth, seed: float) -> str:
     rate = growth.across.rate
-    meaning = f"of bends: {rate * scene.run.end / math.log(10):.3g} factors of ten by the end"
+    meaning = (
+        f"growth rate of bends: {rate * scene.run.end / math.log(10):.3g} factors of ten by the end"
+    )
     offset = seed * scene.chain.radius
     if 0.0 < offset < scene.chain.spacing:
         large = math.log(scene.chain.spacing / offset) / rate

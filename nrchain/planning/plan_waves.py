@@ -67,7 +67,9 @@ def _wave_lines(scene: Scene) -> list[Line]:
             "|Λ| = " + span(f"{slowest:.2e}", f"{fastest:.2e}"),
             f"the slowest and the fastest wave {_INFINITE}; {stiffness}",
         ),
-        Line("waves: longest", f"Re Λ = {bending:+.3e}", f"of bending {_INFINITE}"),
+        Line(
+            "waves: longest", f"Re Λ = {bending:+.3e}", f"of the longest bending wave {_INFINITE}"
+        ),
         grows,
     ]
     velocity, spin = steady_velocity(scene)[0], steady_rotation(scene)[0]

@@ -102,11 +102,11 @@ class Probe:
                     probed,
                     tuple(self.reached),
                     tuple(self.velocities[m]),
-                    "the cheapest set that stays near the full model in a probe",
+                    "the cheapest set that stays within the tolerance in a probe",
                     work=self.work(m),
                 )
         return self.full_model(
-            f"every cheaper set strays from it by {self.tolerance:g} by t = {probed:.3g}"
+            f"every cheaper set is {self.tolerance:g} or more off by t = {probed:.3g}"
         )
 
     def full_model(self, reason: str) -> tuple[Scene, Choice]:

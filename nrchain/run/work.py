@@ -30,7 +30,7 @@ clock = time.thread_time
 
 DEFINITION = (
     "processor time is that of the thread that integrates, for the steps of a run; compilation, "
-    "start-up, files and the choice of effects are apart"
+    "start-up, files and the choice of effects are not included"
 )
 
 STRANGE = 10.0

@@ -69,7 +69,7 @@ def test_effects_chosen_by_tolerance_are_printed(tmp_path, stub):
     result = call("run", "passive", "-o", tmp_path, *changes)
     assert result.exit_code == 0, result.stderr
     assert "left out friction between spheres" in result.stdout
-    assert "0.01 allowed" in result.stdout
+    assert "0.01 is allowed" in result.stdout
     assert stub.scene.effects == "named"
     assert Trajectory.open(tmp_path).choice.left_out == ("friction between spheres",)
     assert "left out friction between spheres" in call("plan", "passive", *changes).stdout

@@ -125,7 +125,10 @@ def cut_short(scene):
 def test_what_a_choice_sets_and_how_far_it_looked_is_told(quiet):
     stated = nrchain.load_scene(quiet, friction="one-body", **{"slip.neighbours": 1})
     _, choice = choose(nrchain.load_scene(stated, tolerance=1e-4))
-    assert choice.lines()[-1] == "keys set by it: friction.kind from 'one-body' to 'pairwise'"
+    assert (
+        choice.lines()[-1]
+        == "keys that the choice sets: friction.kind from 'one-body' to 'pairwise'"
+    )
     _, choice = choose(quiet)
     assert choice.sets == ()
     assert f"(to t = {quiet.run.end:g})" in choice.lines()[-1]
@@ -358,9 +361,9 @@ def test_the_full_model_tells_what_the_cheapest_set_would_save_and_how_far_it_st
     assert scene.tolerance < told.error
     lines = [line for line in choice.lines() if "the cheapest set" in line]
     assert lines == [
-        "the cheapest set leaves out slip beyond 1 neighbour a side, friction between spheres: a "
-        f"right-hand side takes {told.work:.2g} of the work, and poses are {told.error:.2g} radii "
-        f"or radians off by t = {told.until:.4g}, 0.1 allowed"
+        "the cheapest set of effects leaves out slip beyond 1 neighbour a side, friction between "
+        f"spheres: a right-hand side takes {told.work:.2g} of the work, and poses are "
+        f"{told.error:.2g} radii or radians off by t = {told.until:.4g}; 0.1 is allowed"
     ]
     assert Choice.from_json(choice.to_json()) == choice
 

@@ -137,8 +137,8 @@ class WorkPrecision:
             DEFINITION,
             f"error of stepping: largest distance from {self.reference}, in radii and radians; an "
             f"independent run differs from it by {self.reference_error:.1e}",
-            "error of reach and model: largest distance from the last run listed, at the scene's "
-            "tolerances",
+            "error of reach and model: largest distance from the last run of that list, at the "
+            "tolerances of the scene",
         ]
         if self.scene.run.max_steps is not None or self.scene.run.max_seconds is not None:
             lines.append(f"the short runs ignore {' and '.join(LIMITS)}")

@@ -23,6 +23,9 @@ SECOND_OPINION = (("radau", 1e-9), ("cvode", 1e-10))
 """An independent run, whose distance from the reference is taken for the error of the reference.
 The second is used where the first is refused."""
 
+REFERENCES: dict[Axis, str] = {"reach": "the longest reach", "model": "the fullest model"}
+"""The run with which each axis but that of stepping compares."""
+
 LIMITS = ("run.max_steps", "run.max_seconds")
 """Budgets of the scene itself, which the short runs ignore."""
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from nrchain.accuracy.cost.results import Point, WorkPrecision
 from nrchain.accuracy.cost.settings import (
     REFERENCE,
+    REFERENCES,
     SECOND_OPINION,
     TOLERANCES,
     Changes,
@@ -148,7 +149,7 @@ def _reach_and_model(short: Scene, budget: float) -> tuple[list[Point], list[str
         scenes = {name: load_scene(short, **change) for name, change in settings.items()}
         full = simulate_quietly(list(scenes.values())[-1])
         if full.status != "completed":
-            skipped.append(f"{axis}: with {list(scenes)[-1]} the run stops {full.reason}")
+            skipped.append(f"{axis}: its reference, {REFERENCES[axis]}, stops {full.reason}")
             continue
         found = measure_all(scenes, full, repeats=3, budget=0.15 * budget)
         points += [Point(axis, name, settings[name], m) for name, m in found.items()]
