@@ -33,6 +33,7 @@ class FlowSpec(Section):
     """
 
     path: ClassVar[str] = "flow"
+    set_by_auto: ClassVar[tuple[str, ...]] = ("neighbours", "finite_size")
     gradient: Annotated[Matrix, vector(inner=vector())] = ((0.0,) * 3,) * 3
     disturbance: Annotated[bool, flag()] = True
     neighbours: Annotated[int | Literal["all"], NEIGHBOURS] = "all"

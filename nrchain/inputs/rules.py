@@ -197,6 +197,8 @@ class Section:
     __slots__ = ()
     path: ClassVar[str] = ""
     """The name of the section in a scene: the first part of its dotted keys."""
+    set_by_auto: ClassVar[tuple[str, ...]] = ()
+    """The keys that ``effects = "auto"`` sets."""
 
     def __post_init__(self) -> None:
         for name, read in self.rules().items():

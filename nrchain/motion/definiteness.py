@@ -31,29 +31,36 @@ def is_cut(scene: Scene) -> bool:
     return chain.ends == "periodic" or friction.neighbours < chain.particles - 1
 
 
-def least_mobility(scene: Scene, positions: np.ndarray, neighbours: int | None = None) -> float:
-    """The least eigenvalue of μ at these positions (N, 3); 1 for spheres far from each other.
+class CutFriction:
+    """The friction of a scene that acts between spheres up to ``neighbours`` places apart.
 
-    ``neighbours`` replaces the scene's ``friction.neighbours``. The friction must be cut, see
-    :func:`is_cut`: the mobility of all pairs is always positive definite.
+    ``neighbours`` is that of the scene unless given. The friction must be cut, see :func:`is_cut`:
+    the mobility of all pairs is always positive definite.
     """
-    chain = scene.chain
-    reach = scene.friction.neighbours if neighbours is None else neighbours
-    assert isinstance(reach, int)
-    period = scene.length if chain.ends == "periodic" else 0.0
-    friction = PairFriction(chain.particles, reach, chain.radius, chain.viscosity, period)
-    scale = np.sqrt(np.repeat(scene.drag, 3))
-    if chain.particles <= DIRECT:
-        matrix = friction.matrix(positions).reshape(-1, 6, len(positions), 6)
-        scaled = (scale[:, None, None] * matrix * scale).reshape(6 * len(positions), -1)
-        return float(np.linalg.eigvalsh(0.5 * (scaled + scaled.T))[0])
 
-    def apply(vector: np.ndarray) -> np.ndarray:
-        twists = np.zeros((chain.particles, 6))
-        friction.apply(positions, vector.reshape(-1, 6) * scale, twists)
-        return (twists * scale).ravel()
+    def __init__(self, scene: Scene, neighbours: int | None = None) -> None:
+        chain = scene.chain
+        reach = scene.friction.neighbours if neighbours is None else neighbours
+        assert isinstance(reach, int)
+        period = scene.length if chain.ends == "periodic" else 0.0
+        self.neighbours, self._count = reach, chain.particles
+        self._friction = PairFriction(chain.particles, reach, chain.radius, chain.viscosity, period)
+        self._scale = np.sqrt(np.repeat(scene.drag, 3))
 
-    return _least_ritz_value(apply, 6 * chain.particles)
+    def least_mobility(self, positions: np.ndarray) -> float:
+        """The least eigenvalue of μ at positions (N, 3); 1 for spheres far from each other."""
+        scale, count = self._scale, self._count
+        if count <= DIRECT:
+            matrix = self._friction.matrix(positions).reshape(-1, 6, count, 6)
+            scaled = (scale[:, None, None] * matrix * scale).reshape(6 * count, -1)
+            return float(np.linalg.eigvalsh(0.5 * (scaled + scaled.T))[0])
+
+        def apply(vector: np.ndarray) -> np.ndarray:
+            twists = np.zeros((count, 6))
+            self._friction.apply(positions, vector.reshape(-1, 6) * scale, twists)
+            return (twists * scale).ravel()
+
+        return _least_ritz_value(apply, 6 * count)
 
 
 def _least_ritz_value(apply, size: int) -> float:

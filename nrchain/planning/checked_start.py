@@ -142,16 +142,18 @@ def _refuse_turns(scene: Scene, frames: np.ndarray, given: str) -> None:
 def _refuse_indefinite(scene: Scene, positions: np.ndarray) -> None:
     """Raise for a cut of the friction between spheres at which a passive chain gains energy."""
     from nrchain.effects.shared.image_sums import takes_all
-    from nrchain.motion.definiteness import DEFINITE, is_cut, least_mobility
+    from nrchain.motion.definiteness import DEFINITE, CutFriction, is_cut
 
     if not is_cut(scene):
         return
-    least = least_mobility(scene, positions)
+    friction = CutFriction(scene)
+    least, cut = friction.least_mobility(positions), friction.neighbours
     if least >= DEFINITE:
         return
-    cut = int(scene.friction.neighbours)
     more = range(cut + 1, min(cut + MORE_NEIGHBOURS, scene.chain.particles - 2) + 1)
-    holds = next((k for k in more if least_mobility(scene, positions, k) >= DEFINITE), None)
+    holds = next(
+        (k for k in more if CutFriction(scene, k).least_mobility(positions) >= DEFINITE), None
+    )
     choices = [f"{holds}, which is enough here"] if holds else []
     if takes_all(scene):
         choices.insert(0, "'all'")

@@ -7,7 +7,6 @@ from typing import Any
 from nrchain.effects.shared.slip_flow import active_modes
 from nrchain.effects.strain import Strain
 from nrchain.hydrodynamics import slip_modes
-from nrchain.scene.checks import AUTO_KEYS
 from nrchain.scene.scene import Scene
 
 
@@ -47,11 +46,12 @@ def finite_size_keys(scene: Scene) -> dict[str, Any]:
 
 def differing_keys(scene: Scene, other: Scene) -> list[tuple[str, Any, Any]]:
     """(key, old, new value) of the keys set by effects = "auto" in which two scenes differ."""
-    sections = ((getattr(scene, path), getattr(other, path), path) for path in AUTO_KEYS)
+    paths = dict.fromkeys(("slip", *scene.further, *other.further, "friction"))
+    sections = ((getattr(scene, path), getattr(other, path)) for path in paths)
     return [
         (old.key(name), getattr(old, name), getattr(new, name))
-        for old, new, path in sections
-        for name in AUTO_KEYS[path]
+        for old, new in sections
+        for name in old.set_by_auto
         if getattr(old, name) != getattr(new, name)
     ]
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from nrchain.effects.shared.image_sums import takes_all
 from nrchain.geometry.near_pairs import closest_pair
-from nrchain.motion.definiteness import is_cut, least_mobility
+from nrchain.motion.definiteness import CutFriction, is_cut
 from nrchain.planning.checked_start import starting_poses
 from nrchain.planning.plan_line import Line
 from nrchain.planning.plan_waves import wave_lines
@@ -77,7 +77,7 @@ def _units_line(scene: Scene) -> Line:
 def _mobility_line(scene: Scene, positions: np.ndarray) -> Line:
     return Line(
         "friction",
-        f"least mobility = {least_mobility(scene, positions):.2g}",
+        f"least mobility = {CutFriction(scene).least_mobility(positions):.2g}",
         "mobility of the wrench that moves the start least, over that of one sphere; it must stay "
         "positive as the chain moves"
         + (", as it always is with friction.neighbours = 'all'" if takes_all(scene) else ""),

@@ -9,13 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
 from nrchain.motion.charts import ChartedChain
 from nrchain.motion.contact import PoseLimits
-from nrchain.motion.definiteness import is_cut, least_mobility
+from nrchain.motion.definiteness import CutFriction, is_cut
 from nrchain.motion.integrators import find_integrator
 from nrchain.motion.integrators.base import Integrator
 from nrchain.motion.model import Model
@@ -150,8 +149,8 @@ def make_watches(
     )
     friction = None
     if is_cut(scene):
-        assert isinstance(scene.friction.neighbours, int)
-        friction = FrictionWatch(scene.friction.neighbours, partial(least_mobility, scene))
+        cut = CutFriction(scene)
+        friction = FrictionWatch(cut.neighbours, cut.least_mobility)
     neglected = _neglected_watch(scene, start.choice, integrator.chain.model)
     return Watches(Guard(PoseLimits.of(scene), positions), growth, friction, neglected)
 

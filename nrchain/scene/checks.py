@@ -16,13 +16,6 @@ from nrchain.scene.chain_sections import POSES, ChainSpec, StartSpec
 from nrchain.scene.derived import length, slip_has_sum
 from nrchain.scene.fluid_sections import FrictionSpec, SlipSpec
 
-AUTO_KEYS = {
-    "slip": ("neighbours", "finite_size"),
-    "flow": ("neighbours", "finite_size"),
-    "friction": ("kind", "neighbours"),
-}
-"""The keys of each section that effects = "auto" sets."""
-
 MANY_NEIGHBOURS = 10_000
 """Above this many neighbours, effects check whether they can sum them along an endless chain."""
 
@@ -50,7 +43,7 @@ def check_auto_effects(tolerance: float | None, sections: Iterable[Section]) -> 
         raise SceneError("tolerance", None, allowed)
     for section in sections:
         default = type(section)()
-        for name in AUTO_KEYS[section.path]:
+        for name in section.set_by_auto:
             if getattr(section, name) != getattr(default, name):
                 allowed = "is set by effects = 'auto'; remove one of the two"
                 raise SceneError(section.key(name), getattr(section, name), allowed)

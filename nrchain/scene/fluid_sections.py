@@ -75,6 +75,7 @@ class SlipSpec(Section):
     """
 
     path: ClassVar[str] = "slip"
+    set_by_auto: ClassVar[tuple[str, ...]] = ("neighbours", "finite_size")
     modes: Annotated[Mapping[str, Slip], _read_modes] = SlipModes()
     neighbours: Annotated[int | Literal["all"], NEIGHBOURS] = 1
     finite_size: Annotated[bool, flag()] = False
@@ -123,6 +124,7 @@ class FrictionSpec(Section):
     """
 
     path: ClassVar[str] = "friction"
+    set_by_auto: ClassVar[tuple[str, ...]] = ("kind", "neighbours")
     kind: Annotated[Kind, choice(Kind)] = "one-body"
     neighbours: Annotated[int | Literal["all"], NEIGHBOURS] = "all"
     backend: Annotated[Backend, choice(Backend)] = "native"

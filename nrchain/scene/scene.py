@@ -116,8 +116,8 @@ class Scene(Section):
 
     def check(self) -> None:
         if self.effects == "auto":
-            chosen = [getattr(self, path) for path in checks.AUTO_KEYS]
-            checks.check_auto_effects(self.tolerance, chosen)
+            sections = (self.slip, *self.further.values(), self.friction)
+            checks.check_auto_effects(self.tolerance, sections)
         else:
             checks.check_named_effects(self.tolerance)
         checks.check_strengths(self.slip, self.chain)

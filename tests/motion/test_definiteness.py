@@ -7,7 +7,7 @@ import nrchain
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics.friction import PairFriction
 from nrchain.motion import definiteness
-from nrchain.motion.definiteness import is_cut, least_mobility
+from nrchain.motion.definiteness import CutFriction, is_cut
 from nrchain.planning.checked_start import starting_poses
 from nrchain.theory.straight_chain import StraightChain
 
@@ -34,21 +34,21 @@ def test_the_least_eigenvalue_of_a_long_chain_is_the_least_of_its_symbol(spacing
     scale = np.sqrt(np.repeat(scene.drag, 3))
     symbol = scale[:, None] * StraightChain(scene).mobility(phases) * scale
     least = np.linalg.eigvalsh(symbol).min()
-    assert least_mobility(scene, line(300, spacing)) == pytest.approx(least, abs=1e-3)
+    assert CutFriction(scene).least_mobility(line(300, spacing)) == pytest.approx(least, abs=1e-3)
 
 
 def test_both_ways_of_finding_it_agree_on_a_bent_chain(monkeypatch):
     scene = chain(2, chain={"particles": 30})
     positions = line(30, 2.2) + 0.05 * np.random.default_rng(1).standard_normal((30, 3))
-    direct = least_mobility(scene, positions)
+    direct = CutFriction(scene).least_mobility(positions)
     monkeypatch.setattr(definiteness, "DIRECT", 0)
-    assert least_mobility(scene, positions) == pytest.approx(direct, abs=1e-3)
+    assert CutFriction(scene).least_mobility(positions) == pytest.approx(direct, abs=1e-3)
 
 
 def test_a_wrench_of_that_eigenvalue_gains_energy():
     scene = chain(1)
     positions = line(20, 2.2)
-    assert least_mobility(scene, positions) < -0.1
+    assert CutFriction(scene).least_mobility(positions) < -0.1
     matrix = PairFriction(20, 1, 1.0, 1.0).matrix(positions)
     assert np.linalg.eigvalsh(0.5 * (matrix + matrix.T)).min() < 0.0
 

@@ -13,6 +13,7 @@ scenes, and which a scene asks for the sections that effects add.
 
 from __future__ import annotations
 
+import ast
 import sys
 import tomllib
 from collections.abc import Iterator
@@ -22,6 +23,7 @@ from pathlib import Path
 import pytest
 
 import nrchain
+from nrchain.effects.registry import section_kinds
 
 PACKAGE = Path(nrchain.__file__).parent
 ROOT = Path(__file__).parents[2]
@@ -94,3 +96,13 @@ def test_a_scene_goes_down_through_few_rooms_to_its_first_step(name):
         if caller and heights[room(caller)] < heights[room(file)]
     }
     assert {file for _, file in climbs} <= {REGISTRY}
+
+
+def test_scenes_name_no_section_of_an_effect():
+    """Docstrings may mention one as an example; the code of the scene names none."""
+    named = set()
+    for file in (PACKAGE / "scene").glob("*.py"):
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+        texts = (node.value for node in ast.walk(tree) if isinstance(node, ast.Constant))
+        named |= {text.partition(".")[0] for text in texts if isinstance(text, str)}
+    assert not named & section_kinds().keys()

@@ -1,12 +1,10 @@
 """Friction that is cut along the chain ends a run where it no longer dissipates energy."""
 
-from functools import partial
-
 import numpy as np
 import pytest
 
 import nrchain
-from nrchain.motion.definiteness import least_mobility
+from nrchain.motion.definiteness import CutFriction
 from nrchain.outcome import Cause, Stop
 from nrchain.watch.friction import FrictionWatch
 
@@ -17,7 +15,7 @@ def test_a_cut_that_holds_in_a_wide_chain_ends_a_run_at_contact():
     """Ten spheres in a line: twice their diameter apart the cut holds, at contact it does not."""
     cut = {"chain.spacing": 4.0, "friction": {"kind": "pairwise", "neighbours": 1}}
     scene = nrchain.load_scene({"chain.particles": 10, "run.end": 1.0}, **cut)
-    watch = FrictionWatch(1, partial(least_mobility, scene))
+    watch = FrictionWatch(1, CutFriction(scene).least_mobility)
     watch.check(1.0, 4.0 * LINE)
     with pytest.raises(Stop, match="cut at 1 neighbours is no longer positive definite") as stop:
         watch.check(2.5, 2.01 * LINE)

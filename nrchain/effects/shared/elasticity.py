@@ -46,6 +46,7 @@ class ElasticTerm(Effect):
         own = [m if n == self.name else 0.0 for n, m in scene.moduli._asdict().items()]
         self._elasticity = elasticity_of(scene, own, terms)
         self._blocks = np.zeros((scene.chain.particles, 2 * REACH + 1, 6, 6))
+        self._closed = scene.chain.ends == "periodic"
         self.places = REACH
 
     @classmethod
@@ -77,7 +78,7 @@ class ElasticTerm(Effect):
         blocks[:, centre - reach : centre + reach + 1] += self._blocks
 
     def add_product(self, poses: np.ndarray, out: np.ndarray) -> None:
-        add_block_product(self._blocks, poses, self.scene.chain.ends == "periodic", out)
+        add_block_product(self._blocks, poses, self._closed, out)
 
     def energy(self, positions: np.ndarray, frames: np.ndarray) -> Any:
         return self._elasticity.energy(positions, frames)
