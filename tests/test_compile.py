@@ -39,19 +39,29 @@ def test_a_kernel_is_compiled_again_when_one_it_calls_has_changed(tmp_path):
     assert run(3.0) == ["3.0", "0"]
 
 
-def test_kept_kernels_are_told_apart_by_every_module_that_has_some(tmp_path, monkeypatch):
+def test_the_name_of_a_kernel_depends_on_every_module_with_kernels(tmp_path, monkeypatch):
     monkeypatch.setattr(compiled, "__file__", str(tmp_path / "_compile.py"))
     (tmp_path / "deep").mkdir()
 
-    def told(factor, name="called", other=""):
+    def kernel_name(factor, name="called", other=""):
         for path in tmp_path.rglob("*.py"):
             path.unlink()
         (tmp_path / "deep" / f"{name}.py").write_text(CALLED.format(factor=factor))
         (tmp_path / "plain.py").write_text(other)
         return compiled.sources.__wrapped__()
 
-    assert told(2.0) == told(2.0) == told(2.0, other="x = 1")
-    assert len({told(2.0), told(3.0), told(2.0, "renamed"), told(2.0, other=CALLER)}) == 4
+    assert kernel_name(2.0) == kernel_name(2.0) == kernel_name(2.0, other="x = 1")
+    assert (
+        len(
+            {
+                kernel_name(2.0),
+                kernel_name(3.0),
+                kernel_name(2.0, "renamed"),
+                kernel_name(2.0, other=CALLER),
+            }
+        )
+        == 4
+    )
 
 
 @pytest.fixture

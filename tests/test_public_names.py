@@ -42,8 +42,10 @@ def test_modules_that_the_docs_name_are_public_in_a_fresh_process():
     names = ["cost", "measure", "rod", "plan", "plots", "rules"]
     assert set(names) <= set(MODULES)
     for first in names:
-        told = fresh(f"import nrchain; print(nrchain.{first}.__name__, {first!r} in dir(nrchain))")
-        assert re.fullmatch(rf"nrchain\.[a-z.]*\b{first} True\n", told)
+        printed = fresh(
+            f"import nrchain; print(nrchain.{first}.__name__, {first!r} in dir(nrchain))"
+        )
+        assert re.fullmatch(rf"nrchain\.[a-z.]*\b{first} True\n", printed)
 
 
 def test_every_name_of_the_docs_is_found():
@@ -70,14 +72,14 @@ def test_dir_is_the_same_whatever_was_imported():
 
 
 def test_import_nrchain_loads_nothing_else():
-    told = fresh(
+    printed = fresh(
         "import sys, typing, importlib, collections.abc; before = set(sys.modules)\n"
         "import nrchain; dir(nrchain)\n"
         "print(*sorted(set(sys.modules) - before))"
     )
     allowed = {"nrchain", "nrchain.version", "nrchain.scene", "nrchain.scene.extensions"}
     allowed |= {"__future__"}
-    assert set(told.split()) <= allowed
+    assert set(printed.split()) <= allowed
 
 
 def test_a_name_that_is_none_is_an_attribute_error_that_helps():
@@ -165,7 +167,7 @@ def contributions():
         ),
     ],
 )
-def test_a_name_that_is_not_there_is_told_with_those_that_are(table, wrong, right):
+def test_an_unknown_name_is_reported_with_the_known_ones(table, wrong, right):
     found = table()
     assert found[right] is not None
     with pytest.raises(UnknownNameError, match=f"did you mean '{right}'") as error:

@@ -17,6 +17,7 @@ from rich.table import Table
 from validation.report.studies import STUDIES, Outcome, run_study
 
 if TYPE_CHECKING:
+    from validation.report.build import Report
     from validation.report.recorder import Check
 
 FAILED, REFUSED = 1, 2
@@ -115,19 +116,25 @@ def main(
         report = Report(output)
     except ReportError as error:
         _refuse(str(error))
-    display = _Display(console, len(chosen))
+    outcomes = _run_studies(chosen, quick, console, report)
+    console.print(_closing(outcomes))
+    console.print(f"report  {output / PAGE}", soft_wrap=True)
+    if not all(outcome.passed for outcome in outcomes):
+        raise typer.Exit(FAILED)
+
+
+def _run_studies(names: list[str], quick: bool, console: Console, report: Report) -> list[Outcome]:
+    """Run the studies one by one, print their checks and add each to the report."""
+    display = _Display(console, len(names))
     outcomes = []
     with display.bar:
-        for name in chosen:
+        for name in names:
             display.opened(name)
             outcome = run_study(name, quick=quick, listener=display)
             display.closed(outcome)
             report.add(outcome)
             outcomes.append(outcome)
-    console.print(_closing(outcomes))
-    console.print(f"report  {output / PAGE}", soft_wrap=True)
-    if not all(outcome.passed for outcome in outcomes):
-        raise typer.Exit(FAILED)
+    return outcomes
 
 
 def _refuse(reason: str) -> NoReturn:

@@ -173,7 +173,7 @@ def test_a_short_run_is_extrapolated_in_proportion_to_time():
 
 
 @pytest.mark.parametrize("part", [0.9 / LARGEST_FACTOR, 1.5e-5])
-def test_of_a_part_too_small_nothing_is_carried_on(part):
+def test_too_small_a_part_is_not_extrapolated(part):
     table = found(measured(1e-6, 1.0, 2.0), measured(2e-4, 0.1), reached=part * SMALL.run.end)
     advice = table.advise(1e-4)
     assert not advice.known

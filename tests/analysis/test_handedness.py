@@ -119,16 +119,16 @@ def test_chains_straight_but_for_noise_have_no_hand(count, ends, noise):
 )
 @pytest.mark.parametrize("ends", ["free", "periodic"])
 def test_the_error_is_the_scatter_that_noise_gives(count, radius, noise, ends):
-    """Noise is added to one chain 4000 times, and what is told of each is held to the scatter."""
+    """The stated error equals the scatter over 4000 realisations of the noise."""
     rng = np.random.default_rng(3)
     exact = helix(count, 1, radius)
     seen = exact + noise * rng.standard_normal((4000, count, 3))
     period = count * D if ends == "periodic" else 0.0
     unit = D**3 * (count if period else count - 3)
     scatter = np.std(volumes_of(seen, period)) / unit
-    told = measure.handedness(made_of(exact, ends), noise=noise).error[0]
-    # the larger of the first two orders is told where noise is not in the chain that is seen
-    assert told == pytest.approx(scatter, rel=0.35)
+    estimated = measure.handedness(made_of(exact, ends), noise=noise).error[0]
+    # from a chain without noise, the error is the larger of the first two orders
+    assert estimated == pytest.approx(scatter, rel=0.35)
     errors = measure.handedness(made_of(seen, ends), noise=noise).error
     assert math.sqrt(np.mean(errors**2)) == pytest.approx(scatter, rel=0.3)
     sizes = measure.handedness(made_of(seen, ends), noise=noise).size
@@ -191,7 +191,7 @@ def test_a_hand_below_the_tolerances_of_a_run_is_none(factor):
 
 
 def test_a_run_that_decays_to_straight_loses_its_hand():
-    """Its hand is told while it has one, and no more when what is left is below the tolerances."""
+    """The hand is nan once the coil is smaller than the tolerances."""
     scene = nrchain.load_scene(
         "stable",
         **{

@@ -171,7 +171,7 @@ def test_the_transient_is_found_and_dropped():
         (np.ones(3), "3 snapshots"),
     ],
 )
-def test_what_cannot_be_told_is_refused(amplitude, message):
+def test_rates_that_cannot_be_measured_are_refused(amplitude, message):
     time = np.arange(len(amplitude), dtype=float)
     with pytest.raises(MeasurementError, match=message):
         measure.rate(measure.Wave(time, amplitude + 0j, 0 * time, 1.0))
@@ -195,7 +195,7 @@ def test_the_shape_fit_reads_a_travelling_wave_of_an_open_chain(kind):
     rng = np.random.default_rng(2)
     exact.positions[:] += 1e-4 * rng.standard_normal(exact.positions.shape)
     if kind == "x":
-        # a longitudinal wave is told from drift by its mean, which must be left out of both
+        # a longitudinal wave is separated from drift by its mean, which is left out of both
         exact.positions[..., 0] += 3.0 * time[:, None]
         q = 4 * np.pi / (30 * D)
         exact.positions[..., 0] = (

@@ -44,8 +44,8 @@ def test_a_named_picture_is_replaced_only_on_request(tmp_path, stub):
 
 def test_effects_are_drawn_beside_the_picture_of_a_run(tmp_path):
     small = ("--set", "chain.particles=4", "--set", "run.end=1.0", "--set", "run.snapshots=3")
-    told = call("run", "buckling", "-o", tmp_path, *small)
-    assert told.stdout.startswith("effects     stretch, shear, twist, bend, slip 2s\n")
+    answer = call("run", "buckling", "-o", tmp_path, *small)
+    assert answer.stdout.startswith("effects     stretch, shear, twist, bend, slip 2s\n")
     before = (tmp_path / PICTURE).read_bytes()
     drawn = call("plot", tmp_path, "--effects")
     assert drawn.stdout.strip() == str(tmp_path / "effects.png")
@@ -57,6 +57,6 @@ def test_effects_are_drawn_beside_the_picture_of_a_run(tmp_path):
 @pytest.mark.parametrize("flag", [("--view", "3d"), ("--view", "planes"), ("--times", "3")])
 def test_options_of_chain_pictures_are_refused_for_effects(tmp_path, stub, flag):
     assert call("run", "passive", "-o", tmp_path).exit_code == 0
-    told = call("plot", tmp_path, "--effects", *flag)
-    assert_refused(told, f"{flag[0]} = ", "applies to pictures of the chain", "--effects")
+    answer = call("plot", tmp_path, "--effects", *flag)
+    assert_refused(answer, f"{flag[0]} = ", "applies to pictures of the chain", "--effects")
     assert not (tmp_path / "effects.png").exists()

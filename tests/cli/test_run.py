@@ -156,10 +156,10 @@ def test_a_trajectory_or_a_folder_is_not_a_scene(tmp_path, stub):
     ],
 )
 def test_a_refused_change_says_what_to_write(tmp_path, stub, change, parts):
-    told = call("run", "passive", "-o", tmp_path / "out", "--set", change)
-    assert_refused(told, *parts)
-    assert "assignment" not in told.stderr
-    assert "registered" not in told.stderr
+    answer = call("run", "passive", "-o", tmp_path / "out", "--set", change)
+    assert_refused(answer, *parts)
+    assert "assignment" not in answer.stderr
+    assert "registered" not in answer.stderr
 
 
 def test_a_refused_run_leaves_no_folder(tmp_path):
@@ -199,6 +199,6 @@ def test_an_interrupted_run_says_how_to_continue_and_does(tmp_path, stub):
 def test_resuming_a_complete_run_says_so(tmp_path):
     assert call("run", "passive", "-o", tmp_path, *SMALL).exit_code == 0
     before = (tmp_path / FILE_NAME).read_bytes()
-    told = f"note: {tmp_path / FILE_NAME} is complete; there is nothing to resume"
-    assert_refused(call("resume", tmp_path), told, code=0)
+    answer = f"note: {tmp_path / FILE_NAME} is complete; there is nothing to resume"
+    assert_refused(call("resume", tmp_path), answer, code=0)
     assert (tmp_path / FILE_NAME).read_bytes() == before

@@ -20,10 +20,10 @@ def test_unwritable_output_is_reported(tmp_path):
     with open("/dev/full", "w") as full:
         done = program("run", "passive", "-o", tmp_path, *small, stdout=full)
         listed = program("effects", stdout=full)
-    told = "standard output: No space left on device\n"
-    assert (done.returncode, done.stderr) == (0, f"nrchain: note: {told}")
+    answer = "standard output: No space left on device\n"
+    assert (done.returncode, done.stderr) == (0, f"nrchain: note: {answer}")
     assert Trajectory.open(tmp_path).status == "completed"
-    assert (listed.returncode, listed.stderr) == (REFUSED, f"nrchain: {told}")
+    assert (listed.returncode, listed.stderr) == (REFUSED, f"nrchain: {answer}")
 
 
 @pytest.mark.parametrize("command", [["effects"], ["scenes"], ["--help"], ["--version"]])

@@ -1,4 +1,4 @@
-"""Every effect that is registered, held to what an effect must be; and one of a user's own."""
+"""Every registered effect meets the contract of effects, as does one of a user."""
 
 from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar

@@ -61,10 +61,10 @@ def test_the_advice_for_frames_that_are_off_holds(size):
     rng = np.random.default_rng(0)
     frames = Rotation.random(5, random_state=3).as_matrix()
     frames[3] += size * (1.0 + rng.random((3, 3)))
-    with pytest.raises(SceneError, match=r"^frames\[3\] = ") as told:
+    with pytest.raises(SceneError, match=r"^frames\[3\] = ") as caught:
         rotations(frames, 5)
-    advice = told.value.allowed.partition("; scipy.spatial.transform.")[2].split(" gives ")[0]
-    mended = eval(advice, {"Rotation": Rotation, "frames": frames})  # the line as it is told
+    advice = caught.value.allowed.partition("; scipy.spatial.transform.")[2].split(" gives ")[0]
+    mended = eval(advice, {"Rotation": Rotation, "frames": frames})  # the line as it is caught
     assert rotations(mended, 5) is not None
     assert mended[:3] == pytest.approx(frames[:3])
 

@@ -37,7 +37,7 @@ def test_the_least_eigenvalue_of_a_long_chain_is_the_least_of_its_symbol(spacing
     assert CutFriction(scene).least_mobility(line(300, spacing)) == pytest.approx(least, abs=1e-3)
 
 
-def test_both_ways_of_finding_it_agree_on_a_bent_chain(monkeypatch):
+def test_dense_and_lanczos_eigenvalues_agree_on_a_bent_chain(monkeypatch):
     scene = chain(2, chain={"particles": 30})
     positions = line(30, 2.2) + 0.05 * np.random.default_rng(1).standard_normal((30, 3))
     direct = CutFriction(scene).least_mobility(positions)
@@ -45,7 +45,7 @@ def test_both_ways_of_finding_it_agree_on_a_bent_chain(monkeypatch):
     assert CutFriction(scene).least_mobility(positions) == pytest.approx(direct, abs=1e-3)
 
 
-def test_a_wrench_of_that_eigenvalue_gains_energy():
+def test_a_negative_eigenvalue_is_that_of_the_mobility_matrix():
     scene = chain(1)
     positions = line(20, 2.2)
     assert CutFriction(scene).least_mobility(positions) < -0.1
@@ -73,7 +73,7 @@ def test_a_curled_start_is_judged_as_it_is():
         starting_poses(scene, positions=coil)
 
 
-def test_what_is_not_cut_is_not_judged():
+def test_only_friction_between_some_neighbours_is_cut():
     assert not is_cut(nrchain.load_scene("passive"))
     assert not is_cut(chain("all"))
     assert not is_cut(chain(19))
@@ -81,7 +81,7 @@ def test_what_is_not_cut_is_not_judged():
     assert is_cut(chain(19, **{"chain.ends": "periodic"}))
 
 
-def test_where_it_is_kept_a_passive_chain_loses_energy():
+def test_a_passive_chain_with_definite_friction_loses_energy():
     scene = chain(2, **{"run.end": 20.0, "run.snapshots": 11, "chain.particles": 8})
     run = nrchain.simulate(scene)
     moduli = scene.moduli._asdict()

@@ -26,7 +26,7 @@ QUIET = {"run.end": 4.0, "run.snapshots": 81, "effects": "auto", "tolerance": 0.
 
 @pytest.fixture(scope="module")
 def quiet():
-    """A passive clamped chain that straightens: friction between its spheres hardly matters."""
+    """A passive clamped chain that straightens: friction between spheres matters little."""
     return nrchain.load_scene("passive", **QUIET)
 
 
@@ -122,7 +122,7 @@ def cut_short(scene):
                 yield choice
 
 
-def test_what_a_choice_sets_and_how_far_it_looked_is_told(quiet):
+def test_a_choice_states_the_keys_that_it_sets_and_the_time_of_its_probe(quiet):
     stated = nrchain.load_scene(quiet, friction="one-body", **{"slip.neighbours": 1})
     _, choice = choose(nrchain.load_scene(stated, tolerance=1e-4))
     assert (
@@ -167,12 +167,12 @@ def test_the_full_model_has_the_disturbance_of_a_flow_by_all_spheres():
     assert min(one.strain for one in near) < 300
     assert all(one.slip == 0.0 for one in near)
     assert evaluation_work(full) > evaluation_work(full, near[0])
-    told = describe(scene)
-    assert not told.without_effect
-    assert not told.warnings  # a passive chain has no slip to warn of
+    described = describe(scene)
+    assert not described.without_effect
+    assert not described.warnings  # a passive chain has no slip to warn of
 
 
-def test_a_set_cuts_all_flows_alike_and_is_told_by_name():
+def test_a_set_cuts_all_flows_alike_and_names_what_it_leaves_out():
     sheared = {"flow.gradient": [[0.0, 0.01, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]}
     full = full_scene(nrchain.load_scene("passive", **QUIET, **sheared, **{"slip.2s": 1.0}))
     sets = _subsets(full)
@@ -267,7 +267,7 @@ def test_what_comes_within_a_tenth_of_the_tolerance_is_not_left_out(small, allow
 
 @pytest.fixture(scope="module")
 def strays():
-    """Two sets of which the cheapest strays too far late, and the dearer one does not."""
+    """Two sets: the cheapest leaves the tolerance late, the costlier one stays within it."""
     scene = nrchain.load_scene("passive", **QUIET, **OWN_UNITS, **{"slip.2s": 10.0})
     full, begin = full_scene(scene), starting_poses(scene)
     alone = [run_probe(1e3, full, [one], begin, 20.0).distances[1] for one in candidate_sets(full)]
@@ -277,7 +277,7 @@ def strays():
     return nrchain.load_scene(scene, tolerance=tolerance), full, begin
 
 
-def test_a_dearer_set_is_followed_until_the_cheapest_is_far_nearer_than_allowed(strays):
+def test_costlier_sets_are_followed_until_the_cheapest_is_well_within_tolerance(strays):
     scene, full, begin = strays
     chosen, choice = choose(scene)
     dear = candidate_sets(full)[1]
@@ -287,7 +287,7 @@ def test_a_dearer_set_is_followed_until_the_cheapest_is_far_nearer_than_allowed(
     assert loose.run.members == [0, 1]
 
 
-def test_a_probe_that_its_budget_ends_has_looked_at_all_it_followed(strays):
+def test_a_probe_ended_by_its_budget_has_compared_all_sets(strays):
     """Also where the cheapest set is no longer followed."""
     scene, full, begin = strays
     whole = run_probe(scene.tolerance, full, candidate_sets(full), begin, 20.0)
@@ -342,33 +342,33 @@ def test_neglected_velocities_are_those_of_rotne_and_prager_in_radii():
     )
     assert probe.velocities[1][0] == pytest.approx(expected, rel=1e-6)
     named = nrchain.load_scene(scene, effects="named", tolerance=None)
-    told = {e.change.effect: e for e in estimate_effects(named, budget=1e-3).estimates}
-    assert told["friction between spheres"].velocity == pytest.approx(expected, rel=1e-6)
+    estimated = {e.change.effect: e for e in estimate_effects(named, budget=1e-3).estimates}
+    assert estimated["friction between spheres"].velocity == pytest.approx(expected, rel=1e-6)
 
 
-def test_the_full_model_tells_what_the_cheapest_set_would_save_and_how_far_it_strays():
+def test_the_full_model_states_the_saving_and_the_error_of_the_cheapest_set():
     keys = {"effects": "auto", "tolerance": 0.1, "slip.neighbours": None}
     scene = nrchain.load_scene("wave", **keys, **OWN_UNITS)
     full, choice = choose(scene)
     assert full == full_scene(scene)
     assert choice.left_out == ()
-    told = choice.forgone
-    assert told.left_out == ("slip beyond 1 neighbour a side", "friction between spheres")
+    forgone = choice.forgone
+    assert forgone.left_out == ("slip beyond 1 neighbour a side", "friction between spheres")
     near = nrchain.load_scene(full, friction="one-body", **{"slip.neighbours": 1})
     # to what steps of a probe are followed with, of both runs
-    found = difference(near, full, told.until)
-    assert told.error == pytest.approx(1.1 * found, abs=2.0 * CLOSE * scene.tolerance)
-    assert scene.tolerance < told.error
+    found = difference(near, full, forgone.until)
+    assert forgone.error == pytest.approx(1.1 * found, abs=2.0 * CLOSE * scene.tolerance)
+    assert scene.tolerance < forgone.error
     lines = [line for line in choice.lines() if "the cheapest set" in line]
     assert lines == [
         "the cheapest set of effects leaves out slip beyond 1 neighbour a side, friction between "
-        f"spheres: a right-hand side takes {told.work:.2g} of the work, and poses are "
-        f"{told.error:.2g} radii or radians off by t = {told.until:.4g}; 0.1 is allowed"
+        f"spheres: a right-hand side takes {forgone.work:.2g} of the work, and poses are "
+        f"{forgone.error:.2g} radii or radians off by t = {forgone.until:.4g}; 0.1 is allowed"
     ]
     assert Choice.from_json(choice.to_json()) == choice
 
 
-def test_a_set_that_saves_too_little_is_told_with_its_error():
+def test_a_set_that_saves_too_little_is_reported_with_its_error():
     keys = {"chain.ends": "free", "chain.particles": 4}
     scene = nrchain.load_scene("passive", **(QUIET | keys | OWN_UNITS))
     whole = full_scene(scene)
@@ -377,13 +377,13 @@ def test_a_set_that_saves_too_little_is_told_with_its_error():
     full, choice = choose(scene)
     assert full == full_scene(scene)
     assert candidate_sets(full) == []
-    told = choice.forgone
-    assert 1.0 / 1.5 < told.work < 1.0
-    assert told.error == pytest.approx(1.1 * found, abs=2.0 * CLOSE * scene.tolerance)
-    assert "(to t = 4)" in told.line(scene.tolerance, 4.0)
+    forgone = choice.forgone
+    assert 1.0 / 1.5 < forgone.work < 1.0
+    assert forgone.error == pytest.approx(1.1 * found, abs=2.0 * CLOSE * scene.tolerance)
+    assert "(to t = 4)" in forgone.line(scene.tolerance, 4.0)
 
 
-def test_an_error_beyond_the_probe_is_told_as_an_estimate_or_as_not_known(quiet):
+def test_an_error_beyond_the_probe_is_an_estimate_or_not_known(quiet):
     tight = nrchain.load_scene(quiet, tolerance=1e-3)
     none = choose(tight, budget=0.0)[1]
     assert none.forgone.error is None
@@ -394,7 +394,7 @@ def test_an_error_beyond_the_probe_is_told_as_an_estimate_or_as_not_known(quiet)
     assert "an estimate beyond t =" in early.line(5e-3, quiet.run.end)
 
 
-def test_the_work_told_falls_with_the_pairs_that_are_left_out():
+def test_the_stated_work_falls_with_the_pairs_that_are_left_out():
     """The full model has N² pairs and the cheapest set 2N: twice the chain, half its share."""
 
     def share(count):
@@ -405,7 +405,7 @@ def test_the_work_told_falls_with_the_pairs_that_are_left_out():
     assert share(8000) / share(4000) == pytest.approx(0.5, rel=0.05)
 
 
-def test_the_work_told_is_that_of_the_cheapest_set_and_of_the_one_chosen(quiet):
+def test_the_stated_work_is_that_of_the_cheapest_set_and_of_the_chosen_one(quiet):
     full = full_scene(quiet)
     expected = evaluation_work(nrchain.load_scene(full, friction="one-body"))
     expected /= evaluation_work(full)

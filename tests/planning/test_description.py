@@ -19,48 +19,48 @@ def test_all_that_shipped_scenes_set_has_an_effect(name):
 
 
 def test_what_acts_and_what_does_not():
-    told = nrchain.describe(small(**{"slip.3a": 0.0}))
-    assert ("slip 2s", "strength 100, 1 neighbour a side") in told.simulated
-    assert ("slip 3a", "strength 0") in told.left_out
-    assert ("measure of twist and bend", "paper") in told.simulated
-    assert ("pair laws of slip", "native") in told.simulated
-    assert ("integrator", "cvode, rtol 1e-07, atol 1e-07") in told.simulated
-    assert ("finite size", "(a/r)² in the velocity of 2s") in told.left_out
+    described = nrchain.describe(small(**{"slip.3a": 0.0}))
+    assert ("slip 2s", "strength 100, 1 neighbour a side") in described.simulated
+    assert ("slip 3a", "strength 0") in described.left_out
+    assert ("measure of twist and bend", "paper") in described.simulated
+    assert ("pair laws of slip", "native") in described.simulated
+    assert ("integrator", "cvode, rtol 1e-07, atol 1e-07") in described.simulated
+    assert ("finite size", "(a/r)² in the velocity of 2s") in described.left_out
 
 
-def test_the_finite_size_of_modes_without_one_is_not_spoken_of():
-    told = nrchain.describe(small(**{"slip.2s": None, "slip.3t": 1.0}))
-    assert "finite size" not in dict(told.simulated) | dict(told.left_out)
+def test_finite_size_is_described_only_for_modes_that_have_it():
+    described = nrchain.describe(small(**{"slip.2s": None, "slip.3t": 1.0}))
+    assert "finite size" not in dict(described.simulated) | dict(described.left_out)
     still = nrchain.describe(small(**{"slip.2s": 0.0}))
     assert "finite size" not in dict(still.left_out)
     assert "long range" not in dict(still.left_out)
 
 
-def test_the_disturbance_of_a_flow_is_spoken_of_where_there_is_one():
+def test_the_disturbance_is_described_where_there_is_a_flow():
     flow = {"gradient": [[0.0, 0.01, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]}
-    told = nrchain.describe(small(flow=flow))
-    assert ("strain", "stresslet, all pairs") in told.simulated
-    assert "finite size of strain" in dict(told.left_out)
-    assert "long range of strain" not in dict(told.left_out)
-    told = nrchain.describe(small(flow=flow | {"neighbours": 2, "finite_size": True}))
-    assert dict(told.simulated)["strain"] == "stresslet, 2 neighbours a side"
-    assert "finite size of strain" in dict(told.simulated)
-    assert dict(told.left_out)["long range of strain"] == (
+    described = nrchain.describe(small(flow=flow))
+    assert ("strain", "stresslet, all pairs") in described.simulated
+    assert "finite size of strain" in dict(described.left_out)
+    assert "long range of strain" not in dict(described.left_out)
+    described = nrchain.describe(small(flow=flow | {"neighbours": 2, "finite_size": True}))
+    assert dict(described.simulated)["strain"] == "stresslet, 2 neighbours a side"
+    assert "finite size of strain" in dict(described.simulated)
+    assert dict(described.left_out)["long range of strain"] == (
         "disturbances beyond 2 neighbours a side"
     )
-    told = nrchain.describe(small(flow=flow | {"disturbance": False}))
-    assert {"strain"} == {"strain", "finite size of strain"} & dict(told.left_out).keys()
-    told = nrchain.describe(small())
-    assert not {"strain", "finite size of strain"} & dict(told.left_out).keys()
+    described = nrchain.describe(small(flow=flow | {"disturbance": False}))
+    assert {"strain"} == {"strain", "finite size of strain"} & dict(described.left_out).keys()
+    described = nrchain.describe(small())
+    assert not {"strain", "finite size of strain"} & dict(described.left_out).keys()
 
 
 def test_a_fluid_at_rest_and_the_near_field_that_no_mobility_has_are_named():
-    told = nrchain.describe(small())
-    assert dict(told.left_out)["flow"] == "the fluid is at rest far away"
-    assert "near field" not in dict(told.left_out)
-    told = nrchain.describe(small(friction="pairwise", flow={"gradient": _TURN}))
-    assert "flow" not in dict(told.left_out)
-    assert dict(told.left_out)["near field"] == "lubrication and reflections, of order (a/r)⁴"
+    described = nrchain.describe(small())
+    assert dict(described.left_out)["flow"] == "the fluid is at rest far away"
+    assert "near field" not in dict(described.left_out)
+    described = nrchain.describe(small(friction="pairwise", flow={"gradient": _TURN}))
+    assert "flow" not in dict(described.left_out)
+    assert dict(described.left_out)["near field"] == "lubrication and reflections, of order (a/r)⁴"
 
 
 _SHEAR = [[0.0, 0.01, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]

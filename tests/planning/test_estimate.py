@@ -1,4 +1,4 @@
-"""What is estimated of an effect before a run is what runs with and without it show."""
+"""Estimates of an effect agree with runs with and without it."""
 
 import itertools
 import time
@@ -21,15 +21,15 @@ SHORT = {"run.end": 30.0, "run.snapshots": 3, "chain.particles": 12}
 def test_estimates_are_the_differences_of_whole_runs():
     scene = nrchain.load_scene("wave", **SHORT)
     run = nrchain.simulate(scene)
-    told = estimate_effects(scene).estimates
-    assert {(one.change.effect, one.change.kind) for one in told} >= {
+    estimated = estimate_effects(scene).estimates
+    assert {(one.change.effect, one.change.kind) for one in estimated} >= {
         ("bend", "drop"),
         ("slip 3t", "drop"),
         ("slip of all pairs", "add"),
         ("friction between spheres", "add"),
     }
-    assert all(one.ends and not one.stops for one in told)
-    for one in told:
+    assert all(one.ends and not one.stops for one in estimated)
+    for one in estimated:
         if one.change.effect in ("slip 3t", "slip of all pairs", "friction between spheres"):
             other = nrchain.simulate(one.change.scene)
             apart = np.linalg.norm(run.positions[-1] - other.positions[-1], axis=1).max()
@@ -52,10 +52,10 @@ def test_effects_are_named_with_the_scene_that_lacks_or_has_them():
 
 def test_the_growth_of_an_effect_is_that_of_the_lattice():
     scene = nrchain.load_scene("buckling", **SHORT)
-    told = estimate_effects(scene, budget=1e-6)
-    one = next(e for e in told.estimates if e.change.effect == "slip 2s")
+    estimated = estimate_effects(scene, budget=1e-6)
+    one = next(e for e in estimated.estimates if e.change.effect == "slip 2s")
     rates = (
-        nrchain.lattice_rates(s, [told.wave])[0, nrchain.Branch.BEND_PLUS].real
+        nrchain.lattice_rates(s, [estimated.wave])[0, nrchain.Branch.BEND_PLUS].real
         for s in (scene, one.change.scene)
     )
     assert one.growth == pytest.approx(np.subtract(*rates), rel=1e-9)
@@ -65,12 +65,12 @@ def test_a_change_that_is_costly_holds_up_no_other():
     """Without shear this chain slides along its own bonds, at ten times the steps."""
     scene = nrchain.load_scene("helix-left")
     changes = [c for c in possible_changes(scene) if c.effect in ("shear", "slip 3a")]
-    told = {e.change.effect: e for e in estimate_effects(scene, changes, budget=0.5).estimates}
-    assert told["slip 3a"].ends
-    assert told["slip 3a"].until == scene.run.end
-    assert not told["shear"].ends
-    assert 0.0 < told["shear"].until < scene.run.end
-    assert told["shear"].displacement > 0.0
+    estimated = {e.change.effect: e for e in estimate_effects(scene, changes, budget=0.5).estimates}
+    assert estimated["slip 3a"].ends
+    assert estimated["slip 3a"].until == scene.run.end
+    assert not estimated["shear"].ends
+    assert 0.0 < estimated["shear"].until < scene.run.end
+    assert estimated["shear"].displacement > 0.0
 
 
 def test_where_a_run_stops_the_difference_is_that_of_its_stop():
@@ -102,11 +102,11 @@ def test_what_is_said_below_a_table_explains_the_marks_in_it_and_no_others(name,
     scene = nrchain.load_scene(name, **SHORT)
     found = plan_effects(scene, estimate_effects(scene, budget=budget))
     shown = " ".join(cell for row in found.rows() for cell in row)
-    told = " ".join([*found.remarks(), *found.notes()])
+    below = " ".join([*found.remarks(), *found.notes()])
     for mark, meaning in (("*", "* is at t"), ("?", "? is not"), ("+ ", "+ marks effects")):
-        assert (mark in shown) == (meaning in told), (mark, shown, told)
-    assert ("times the work of the run" in told) == (found.estimates.probed > 0.0)
-    assert f"the run: {found.cost.words()}" in told
+        assert (mark in shown) == (meaning in below), (mark, shown, below)
+    assert ("times the work of the run" in below) == (found.estimates.probed > 0.0)
+    assert f"the run: {found.cost.words()}" in below
 
 
 def test_without_effects_to_add_no_sign_for_them_is_explained():

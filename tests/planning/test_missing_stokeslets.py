@@ -1,4 +1,4 @@
-"""Held and pushed spheres in a flow: what one-body friction drops, told, and mended as told."""
+"""Held and pushed spheres in a flow: the warning states what one-body friction leaves out."""
 
 import math
 
@@ -25,19 +25,19 @@ def make(**changes):
     return nrchain.load_scene(base, **changes)
 
 
-def told(scene):
+def stokeslet_warnings(scene):
     return [text for text in warnings(scene) if "one-body friction drops" in text]
 
 
 @pytest.mark.parametrize("cause", [HELD, PUSHED], ids=["held", "pushed"])
 def test_held_and_pushed_spheres_are_warned_of_until_the_advice_is_followed(cause):
     scene = make(**cause, **{"flow.gradient": EXTENSION})
-    (text,) = told(scene)
+    (text,) = stokeslet_warnings(scene)
     assert "friction = 'pairwise' keeps both" in text
     with pytest.warns(SceneWarning, match="one-body friction drops"):
         nrchain.simulate(scene)
     mended = nrchain.load_scene(scene, friction="pairwise")
-    assert not told(mended)
+    assert not stokeslet_warnings(mended)
     nrchain.simulate(mended)
 
 
@@ -72,7 +72,7 @@ def test_the_advice_brings_what_a_sum_of_stokeslets_says(cause):
     ids=["pushed", "held"],
 )
 def test_the_numbers_are_those_of_a_neighbour(cause, velocity):
-    (text,) = told(make(**cause, **{"flow.gradient": EXTENSION}))
+    (text,) = stokeslet_warnings(make(**cause, **{"flow.gradient": EXTENSION}))
     dropped = 1.5 * RADIUS / D * velocity
     kept = 2.5 * RADIUS**3 / D**2 * RATE
     assert f"up to v = {dropped:.2g} at a neighbour and of order a/r" in text
@@ -98,15 +98,15 @@ def test_a_run_whose_effects_were_chosen_is_not_warned_of_what_the_choice_bounds
     ],
 )
 def test_nothing_is_said_where_nothing_larger_is_dropped(changes):
-    assert not told(make(**changes))
+    assert not stokeslet_warnings(make(**changes))
 
 
-def test_a_chain_that_all_pairs_of_friction_would_drag_along_is_told_of_a_cut():
+def test_where_all_pairs_of_friction_would_drag_the_chain_the_advice_is_a_cut():
     shear = {"flow.gradient": [[0.0, 0.2, 0.0], [0.0] * 3, [0.0] * 3], "chain.ends": "periodic"}
     scene = make(**PUSHED, **shear)
-    (text,) = told(scene)
+    (text,) = stokeslet_warnings(scene)
     assert "friction.kind = 'pairwise' with a number for friction.neighbours keeps both" in text
     cut = {"friction.kind": "pairwise", "friction.neighbours": 3}
     mended = nrchain.load_scene(scene, **cut)
-    assert not told(mended)
+    assert not stokeslet_warnings(mended)
     assert nrchain.simulate(mended).status == "completed"

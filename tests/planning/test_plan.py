@@ -42,10 +42,10 @@ def force_on_the_left_half(count, strength, neighbours):
 
 @pytest.mark.parametrize("name", nrchain.scene_names())
 def test_shipped_scenes_have_a_plan_without_warnings(name):
-    told = plan(nrchain.load_scene(name))
-    assert not told.warnings
+    planned = plan(nrchain.load_scene(name))
+    assert not planned.warnings
     always = {"closest approach", "tension", "stretch", "shear", "growth", "spins", "rounding"}
-    assert always <= {x.quantity for x in told.lines}
+    assert always <= {x.quantity for x in planned.lines}
 
 
 @pytest.mark.parametrize(
@@ -59,12 +59,12 @@ def test_shipped_scenes_have_a_plan_without_warnings(name):
     ],
 )
 def test_every_chain_is_judged_and_uniform_ones_are_compared(changes):
-    told = lines("buckling", **changes)
-    assert {"tension", "stretch", "shear", "growth", "spins", "closest approach"} <= set(told)
-    assert "chain" not in told
+    planned = lines("buckling", **changes)
+    assert {"tension", "stretch", "shear", "growth", "spins", "closest approach"} <= set(planned)
+    assert "chain" not in planned
     differ = changes.get("slip.2s") is OPPOSED
-    assert ("waves: rates" in told) is not differ
-    assert all("infinite" in told[name].meaning for name in told if name.startswith("waves:"))
+    assert ("waves: rates" in planned) is not differ
+    assert all("infinite" in planned[name].meaning for name in planned if name.startswith("waves:"))
 
 
 def test_closest_approach_is_that_of_the_start():
@@ -78,11 +78,11 @@ def test_closest_approach_is_that_of_the_start():
 @pytest.mark.parametrize("neighbours", [1, 3, "all"])
 def test_the_tension_is_the_force_of_one_half_on_the_other(neighbours):
     changes = {"slip.neighbours": neighbours, "elasticity.ratio": None, "chain.ends": "free"}
-    told = lines("buckling", **changes)
+    planned = lines("buckling", **changes)
     expected = -force_on_the_left_half(20, 100.0, neighbours)
     moduli = nrchain.load_scene("buckling").moduli
     for name, modulus in (("stretch", moduli.stretch), ("shear", moduli.shear)):
-        tension, stiffness, strain = numbers(told[name].value)
+        tension, stiffness, strain = numbers(planned[name].value)
         assert tension == pytest.approx(expected, rel=5e-3)
         assert stiffness == pytest.approx(10.0 * modulus, rel=5e-3)
         assert strain == pytest.approx(expected / (10.0 * modulus), rel=2e-2)
@@ -97,8 +97,8 @@ def test_a_chain_of_two_strengths_is_judged_by_its_own_links():
     )
     tension = np.cumsum(forces[:, 0].mean() - forces[:, 0])[:-1]
     most = int(np.argmax(np.abs(tension)))
-    told = {line.quantity: line for line in plan(scene).lines}
-    assert told["tension"].value == f"T = {tension[most]:.4g} in link {most}"
+    planned = {line.quantity: line for line in plan(scene).lines}
+    assert planned["tension"].value == f"T = {tension[most]:.4g} in link {most}"
     swims = {line.quantity: line for line in plan(scene).lines}["swims"].value
     assert numbers(swims) == [pytest.approx(forces[:, 0].mean() / GAMMA, rel=1e-3)]
 
@@ -119,15 +119,15 @@ def test_rates_are_those_of_a_ring_of_spheres(changes):
             for n in sizes
         ]
     )
-    told = {line.quantity: line for line in plan(scene).lines}
-    slowest, fastest = numbers(told["waves: rates"].value)
+    planned = {line.quantity: line for line in plan(scene).lines}
+    slowest, fastest = numbers(planned["waves: rates"].value)
     assert fastest == pytest.approx(np.abs(values).max(), rel=2e-2)
     if passive:
-        assert told["waves: growth"].value == "none"
+        assert planned["waves: growth"].value == "none"
         assert values.real.max() < 1e-6
         assert slowest == pytest.approx(np.abs(values)[np.abs(values) > 1e-5].min(), rel=1e-2)
     else:
-        grows = numbers(told["waves: growth"].value)[0]
+        grows = numbers(planned["waves: growth"].value)[0]
         assert grows == pytest.approx(values.real.max(), rel=0.02)
 
 
@@ -153,14 +153,14 @@ def derivative(model):
 def test_waves_are_those_of_the_papers_law():
     """Re Λ = A x² − B x⁴ at x = qd, greatest at x² = A/2B: Eq. 2s_tr_displ and Eq. pass_ac."""
     count, ratio = 20, 1e12
-    told = lines("buckling", **{"elasticity.ratio": ratio})
+    planned = lines("buckling", **{"elasticity.ratio": ratio})
     law = rod.Rod.of(nrchain.load_scene("buckling", **{"elasticity.ratio": ratio}))
     x = np.linspace(0.01, 1.0, 2000)
     rates = rod.beam_rates(law, x / 10.0).real.max(axis=1)
-    growth, phase = numbers(told["waves: growth"].value)
+    growth, phase = numbers(planned["waves: growth"].value)
     assert growth == pytest.approx(rates.max(), rel=5e-3)
     assert phase == pytest.approx(x[np.argmax(rates)], abs=math.pi / 60)
-    longest = numbers(told["waves: longest"].value)[0]
+    longest = numbers(planned["waves: longest"].value)[0]
     exact = rod.beam_rates(law, [math.pi / (10.0 * count)]).real.max()
     assert longest == pytest.approx(exact, rel=1e-2)
     assert lines("stable")["waves: growth"].value == lines("stable")["growth"].value == "none"
@@ -168,26 +168,26 @@ def test_waves_are_those_of_the_papers_law():
 
 def test_growth_is_that_of_this_chain_and_turns_are_those_of_its_bend():
     """A ring as long as many waves grows as the infinite chain, and turns by qd a link."""
-    told = lines(
+    planned = lines(
         "buckling",
         **{"chain.ends": "periodic", "chain.particles": 96, "elasticity.ratio": 1e11},
     )
-    rate, tens = numbers(told["growth"].value)[0], numbers(told["growth"].meaning)[0]
-    fastest, phase = numbers(told["waves: growth"].value)
+    rate, tens = numbers(planned["growth"].value)[0], numbers(planned["growth"].meaning)[0]
+    fastest, phase = numbers(planned["waves: growth"].value)
     assert rate == pytest.approx(fastest, rel=2e-2)
     assert tens == pytest.approx(rate * 1000.0 / math.log(10), rel=1e-2)
-    assert numbers(told["turns"].value)[0] == pytest.approx(phase, rel=0.1)
+    assert numbers(planned["turns"].value)[0] == pytest.approx(phase, rel=0.1)
 
 
 def test_motion_is_that_of_a_chain_that_moves():
     """The straight chain of a run that is left to move, its ends pushed from one side only."""
     scene = nrchain.load_scene("spiral-left", **{"run.end": 0.5, "start.shape": "straight"})
-    told = {line.quantity: line for line in plan(scene).lines}
+    planned = {line.quantity: line for line in plan(scene).lines}
     spun = measure.turned_angle(nrchain.simulate(nrchain.load_scene(scene, slip={"3a": 0})))
-    assert numbers(told["waves: spins"].value) == [pytest.approx(-7.26)]
-    assert numbers(told["spins"].value) == [pytest.approx(-7.26 * 0.95, rel=1e-3)]
+    assert numbers(planned["waves: spins"].value) == [pytest.approx(-7.26)]
+    assert numbers(planned["spins"].value) == [pytest.approx(-7.26 * 0.95, rel=1e-3)]
     assert spun[-1] / 0.5 == pytest.approx(-7.26 * 0.95, rel=1e-2)
-    turns = numbers(told["spins"].meaning)[0]
+    turns = numbers(planned["spins"].meaning)[0]
     assert turns == pytest.approx(-7.26 * 0.95 * 0.5 / (2 * math.pi), rel=1e-3)
     assert lines("wave")["swims"].value == "V = 0.76"
     assert lines("wave")["waves: swims"].value == "V₀ = 0.8"
@@ -197,10 +197,10 @@ def test_motion_is_that_of_a_chain_that_moves():
 def test_what_the_reach_of_slip_leaves_out_is_the_sum_over_the_rest():
     """In the beam limit 2s acts through Σ (1 − cos mθ)/m³ alone, but for its torques."""
     for reach in (1, 4):
-        told = lines("buckling", **{"slip.neighbours": reach, "chain.particles": 100})
+        planned = lines("buckling", **{"slip.neighbours": reach, "chain.particles": 100})
         theta = math.pi / 100
         ratio = rod.reach_ratio("2s", theta) / rod.reach_ratio("2s", theta, reach)
-        left = numbers(told["reach of slip"].value)[0] / 100
+        left = numbers(planned["reach of slip"].value)[0] / 100
         assert 0.0 < left < 1.0 - 1.0 / ratio
     assert "reach of slip" not in lines("buckling", **{"slip.neighbours": "all"})
 
@@ -215,21 +215,21 @@ def test_what_the_reach_of_friction_leaves_out_is_the_drag_of_the_rest():
     assert left == pytest.approx(abs(expected), rel=0.02)
 
 
-def test_the_least_mobility_is_told_where_friction_is_cut():
-    told = lines("passive", **{"friction": {"kind": "pairwise", "neighbours": 1}})
+def test_a_plan_states_the_least_mobility_where_friction_is_cut():
+    planned = lines("passive", **{"friction": {"kind": "pairwise", "neighbours": 1}})
     # along the chain, spheres that are pushed against each other: 1 − 2 (3/2ρ − 1/ρ³) at ρ = 10
-    assert numbers(told["friction"].value)[0] == pytest.approx(1 - 2 * (0.15 - 0.001), rel=0.02)
+    assert numbers(planned["friction"].value)[0] == pytest.approx(1 - 2 * (0.15 - 0.001), rel=0.02)
     assert "friction" not in lines("passive", friction="pairwise")
 
 
 def test_what_cannot_be_judged_says_so():
-    told = lines("buckling", **{"slip.neighbours": 2_000_000})
-    assert told["wave"].value == "not compared"
-    assert "use 'all'" in told["wave"].meaning
-    assert told["growth"].value != "not judged"
-    told = lines("buckling", **{"chain.particles": 1001, "elasticity.ratio": 1e14})
-    assert told["chain"].value == "not judged"
-    assert "at most 1000" in told["chain"].meaning
+    planned = lines("buckling", **{"slip.neighbours": 2_000_000})
+    assert planned["wave"].value == "not compared"
+    assert "use 'all'" in planned["wave"].meaning
+    assert planned["growth"].value != "not judged"
+    planned = lines("buckling", **{"chain.particles": 1001, "elasticity.ratio": 1e14})
+    assert planned["chain"].value == "not judged"
+    assert "at most 1000" in planned["chain"].meaning
     beyond = plan(nrchain.load_scene("buckling", **{"slip.2s": 1e200}))
     assert any("cannot be judged" in text for text in beyond.warnings)
 
@@ -243,8 +243,8 @@ def test_tolerances_below_rounding_are_announced_with_a_floor():
     scene = nrchain.load_scene(
         "buckling", **{"elasticity.ratio": 1e12, "chain.particles": 64, "run.atol": 1e-13}
     )
-    told = [text for text in plan(scene).warnings if "rounding" in text]
-    assert len(told) == 1
-    floor = float(told[0].split()[-1])
+    planned = [text for text in plan(scene).warnings if "rounding" in text]
+    assert len(planned) == 1
+    floor = float(planned[0].split()[-1])
     looser = nrchain.load_scene(scene, **{"run.atol": 2 * floor})
     assert not plan(looser).warnings

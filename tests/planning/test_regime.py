@@ -40,19 +40,20 @@ def test_a_chain_is_judged_by_what_all_its_spheres_do_together():
     end = nrchain.load_scene("buckling", **{"slip.2s": strengths, "chain.ends": "free"})
     strong, weak = (6 * math.pi * 7 / 300 * one for one in (200.0, 1.0))
     drag = (strong - weak) / 20
-    (told,) = warnings(end)
+    (warning,) = warnings(end)
     assert (
-        f"tension T = {2 * drag - strong + 2 * weak:.3g} of a link is 0.41 times λ∥d = 193" in told
+        f"tension T = {2 * drag - strong + 2 * weak:.3g} of a link is 0.41 times λ∥d = 193"
+        in warning
     )
     assert warnings(nrchain.load_scene(end, **{"slip.2s": [20.0] + [1.0] * 19})) == []
 
 
-def test_shear_is_judged_and_cured_by_itself():
+def test_weak_shear_is_found_and_its_remedy_holds():
     soft = {"elasticity": {"ratio": None, "stretch": 500.0, "shear": 5.0}}
     scene = nrchain.load_scene("buckling", **soft)
-    (told,) = warnings(scene)
-    assert "is 0.88 times λ⊥d = 50, and links turn away" in told
-    shear = float(re.search(r"elasticity.shear = (\S+) holds it$", told)[1])
+    (warning,) = warnings(scene)
+    assert "is 0.88 times λ⊥d = 50, and links turn away" in warning
+    shear = float(re.search(r"elasticity.shear = (\S+) holds it$", warning)[1])
     assert warnings(nrchain.load_scene(scene, **{"elasticity.shear": shear})) == []
 
 
@@ -64,8 +65,8 @@ def test_a_passive_chain_is_judged_too(changes):
 def test_what_cannot_be_judged_is_said():
     """A straight chain that turns across itself, and strengths beyond the range of floats."""
     tilted = {"slip.4a": 100.0, "slip.4a.axis": [1.0, 1.0, 0.0]}
-    (told,) = warnings(nrchain.load_scene("passive", **tilted))
-    assert "cannot be judged before the run: slip = " in told
+    (warning,) = warnings(nrchain.load_scene("passive", **tilted))
+    assert "cannot be judged before the run: slip = " in warning
     assert any("cannot" in x for x in warnings(nrchain.load_scene("stable", **{"slip.2s": -1e200})))
 
 

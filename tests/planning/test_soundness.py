@@ -1,4 +1,4 @@
-"""What is judged sound holds, in runs of random scenes; what is not is named, with its remedy."""
+"""Random scenes judged sound hold in runs. A warning names each weakness and a remedy."""
 
 import re
 
@@ -18,7 +18,7 @@ TORN = 0.5
 """A bond that has changed by this part of d is torn."""
 
 SHARE = 0.05
-"""Of the scenes judged sound, so many may give way all the same; they are listed by the test."""
+"""The share of scenes judged sound that may still fail; the test lists them."""
 
 
 def own_moduli(ends, **elasticity):
@@ -59,7 +59,7 @@ def changes_of(text):
     ],
 )
 @pytest.mark.filterwarnings("ignore::nrchain.SceneWarning")
-def test_what_is_judged_sound_does_not_give_way(seeds):
+def test_chains_judged_sound_do_not_give_way(seeds):
     sound, broken = 0, {}
     for seed in seeds:
         scene = random_scene(seed)
@@ -72,7 +72,7 @@ def test_what_is_judged_sound_does_not_give_way(seeds):
 
 
 @pytest.mark.filterwarnings("ignore::nrchain.SceneWarning")
-def test_most_of_what_is_warned_of_does():
+def test_most_chains_that_are_warned_of_give_way():
     """Rules that warned of everything would be sound too."""
     warned = [scene for scene in map(random_scene, range(12)) if not judge(scene).sound]
     assert sum(bool(gives_way(scene)) for scene in warned) > 0.6 * len(warned) > 0
@@ -94,9 +94,9 @@ def test_halves_that_swim_against_each_other_are_warned_of_and_the_remedy_holds(
     kinds = {weakness.kind for weakness in found.weaknesses}
     assert {Weak.TOUCH, Weak.STRETCH} <= kinds
     assert "touch" in gives_way(scene)
-    (told,) = warnings(scene)
-    assert told.startswith("out of the beam limit: spheres")
-    changes = changes_of(told)
+    (warning,) = warnings(scene)
+    assert warning.startswith("out of the beam limit: spheres")
+    changes = changes_of(warning)
     assert set(changes) >= {"elasticity.stretch", "elasticity.shear"}
     held = nrchain.load_scene(scene, **changes)
     assert not warnings(held)
@@ -153,7 +153,7 @@ def test_a_remedy_is_the_least_of_its_kind_to_a_tenth():
     assert not holds(scene, {key: 0.9 * value for key, value in changes.items()})
 
 
-def test_where_nothing_helps_it_is_said():
+def test_a_warning_without_a_remedy_says_so():
     """A flow that pulls a chain without springs of stretch apart."""
     scene = nrchain.load_scene(
         {
@@ -166,8 +166,8 @@ def test_where_nothing_helps_it_is_said():
     assert remedy(scene).startswith("no remedy was found")
 
 
-def test_bends_bring_about_what_held_ends_spare_straight_links():
-    """Between clamps the straight chain of pushers carries nothing; its bends pull it longer."""
+def test_bends_cause_tensions_that_clamped_ends_keep_from_straight_links():
+    """The straight chain of pushers between clamps has no tension; its bends stretch it."""
     soft = {"elasticity": {"ratio": None, "stretch": 5.0, "shear": 500.0}}
     scene = nrchain.load_scene("buckling", **soft, **{"run.end": 3000.0})
     found = judge(scene)

@@ -21,7 +21,7 @@ def reach_line(scene):
 
 
 @pytest.mark.parametrize("neighbours", [1, 3])
-def test_a_plan_tells_what_lies_beyond_a_cut(neighbours):
+def test_a_plan_states_what_the_reach_leaves_out(neighbours):
     """Along a straight chain in an extension sphere k feels Σ ± 1/m²."""
     places = np.arange(COUNT)
     gaps = places[:, None] - places

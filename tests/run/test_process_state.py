@@ -1,4 +1,4 @@
-"""A run changes nothing of its process: not before, not while it goes on, not after."""
+"""A run leaves the state of its process unchanged, also while it goes on."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def test_the_process_is_left_as_it_was(act, trajectory, tmp_path):
 
 
 @pytest.mark.parametrize("integrator", ["cvode", "radau", "scipy-bdf"])
-def test_nor_does_it_change_while_a_run_goes_on(integrator):
+def test_process_state_does_not_change_during_a_run(integrator):
     seen = []
     before = state()
     with np.errstate(divide="raise", under="warn"):
@@ -168,8 +168,8 @@ def task(number):
     return ended.positions.tobytes(), ended.reason
 
 
-def test_threads_run_side_by_side_while_others_print_and_change_what_is_theirs(capsys):
-    """Simulations in threads took the standard output with them: ``print`` wrote nothing more."""
+def test_threads_run_while_others_print_and_change_process_state(capsys):
+    """A regression: ``print`` wrote nothing while simulations ran in threads."""
     expected = [task(number) for number in range(20)]
     ours, lines = sys.stdout, 0
     with ThreadPoolExecutor(4) as pool, warnings.catch_warnings():

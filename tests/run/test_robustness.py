@@ -205,7 +205,7 @@ def test_every_cause_has_advice():
 
 
 @pytest.mark.parametrize(("name", "slips"), [("buckling", True), ("passive", False)])
-def test_the_slip_is_to_be_weakened_where_there_is_some(name, slips):
+def test_the_remedy_weakens_the_slip_where_there_is_some(name, slips):
     run = nrchain.simulate(nrchain.load_scene(name, **{"run.max_steps": 1}))
     for cause in Cause:
         advice = replace(run, cause=cause).advice
@@ -235,10 +235,10 @@ def test_a_run_killed_between_data_and_mark_resumes_to_the_same_bits(tmp_path):
 
 def test_what_cannot_be_written_or_read_ends_with_one_line():
     answers = outputs()
-    for name, told in answers.items():
-        assert "\n" not in told
-        assert (told == "completed") == (name in GOES_ON), f"{name}: {told}"
-    if untried := [name for name, told in answers.items() if told == NOT_TRIED]:
+    for name, message in answers.items():
+        assert "\n" not in message
+        assert (message == "completed") == (name in GOES_ON), f"{name}: {message}"
+    if untried := [name for name, message in answers.items() if message == NOT_TRIED]:
         pytest.skip(f"{NOT_TRIED}: {', '.join(untried)}")
 
 

@@ -125,7 +125,7 @@ def test_stiff_chains_need_no_more_than_some_hundred_evaluations(ratio, evaluati
 
 
 @pytest.mark.parametrize("neighbours", [4, "all"])
-def test_longer_reach_needs_hardly_more(neighbours):
+def test_a_longer_reach_takes_fewer_than_three_times_the_evaluations(neighbours):
     scene = nrchain.load_scene("buckling", **{"elasticity.ratio": 1e12, "run.end": 400})
     near = nrchain.simulate(scene).counters["evaluations"]
     far = nrchain.load_scene(scene, **{"slip.neighbours": neighbours})

@@ -1,4 +1,4 @@
-"""What a run costs: counted work, a processor's clock, and what is not known of the rest."""
+"""The cost of a run: counted work, processor time and its extrapolation to the whole run."""
 
 import math
 
@@ -44,7 +44,7 @@ BUSY = 3.0
 
 
 def timed(monkeypatch, laps, start=0.0):
-    """The reading of a stopwatch after laps of (seconds, right-hand sides)."""
+    """A stopwatch after laps of (seconds, right-hand sides)."""
     now = start
     monkeypatch.setattr(work, "clock", lambda: now)
     watch, total = Stopwatch(), 0
@@ -56,12 +56,12 @@ def timed(monkeypatch, laps, start=0.0):
     return watch
 
 
-def test_time_is_the_sum_of_all_steps(monkeypatch):
+def test_processor_time_is_the_sum_over_steps(monkeypatch):
     laps = [(0.5, 2), (1.5, 1), (0.25, 1), (1.75, 2)]
     assert timed(monkeypatch, laps, start=1e3).seconds == 4.0
 
 
-def test_steps_that_compile_are_charged_at_the_median_and_costly_ones_in_full(monkeypatch):
+def test_steps_that_compile_count_at_the_median_and_costly_steps_in_full(monkeypatch):
     usual = [(1.0, 2)] * 20 + [(1.5, 1)] * 5
     costly = [(0.5 * 0.99 * STRANGE, 1)]
     strange = [(1e3, 4)]
@@ -69,12 +69,12 @@ def test_steps_that_compile_are_charged_at_the_median_and_costly_ones_in_full(mo
     assert timed(monkeypatch, strange + usual + costly).seconds == pytest.approx(expected)
 
 
-def test_a_lap_without_right_hand_sides_goes_into_the_next(monkeypatch):
+def test_a_lap_without_right_hand_sides_is_added_to_the_next(monkeypatch):
     watch = timed(monkeypatch, [(0.5, 1), (0.25, 0), (0.5, 1), (1.0, 2)])
     assert watch.seconds == 2.25
 
 
-def test_what_is_done_in_a_pause_is_not_counted(monkeypatch):
+def test_time_in_a_pause_is_not_counted(monkeypatch):
     now = 0.0
     monkeypatch.setattr(work, "clock", lambda: now)
     watch = Stopwatch()
@@ -90,8 +90,8 @@ def test_what_is_done_in_a_pause_is_not_counted(monkeypatch):
 
 
 @pytest.mark.parametrize("first", [STRANGE, 1e4, 1e7])
-def test_long_runs_keep_few_laps_and_forget_what_was_compiled(monkeypatch, first):
-    """A compiled kernel is told from the steps, or is less than STRANGE/LAPS of them."""
+def test_long_runs_keep_few_laps_and_leave_out_compilation(monkeypatch, first):
+    """Compilation is recognised, or takes less than STRANGE/LAPS of the time of the steps."""
     count = 40 * LAPS
     watch = timed(monkeypatch, [(first, 1)] + [(1.0, 1)] * count)
     assert len(watch._laps) <= 2 * LAPS
@@ -103,8 +103,8 @@ def test_long_runs_keep_few_laps_and_forget_what_was_compiled(monkeypatch, first
     spikes=st.sets(st.integers(0, 39), max_size=15),
     late=st.floats(0.0, 1.0),
 )
-def test_a_busy_processor_costs_no_more_than_its_slowness(slowness, spikes, late):
-    """Each step is slower by up to a factor; some hold a spike of a compiler or a collector."""
+def test_on_a_busy_processor_the_cost_grows_by_no_more_than_its_slowdown(slowness, spikes, late):
+    """Each step is slower by up to a factor of BUSY. Some also compile or collect garbage."""
     with pytest.MonkeyPatch.context() as patch:
         laps = [(n % 3 + 1.0, n % 3 + 1) for n in range(len(slowness))]
         slow = [
@@ -118,7 +118,7 @@ def test_a_busy_processor_costs_no_more_than_its_slowness(slowness, spikes, late
     assert truth <= least <= most <= 3.0 * BUSY * truth
 
 
-def test_the_rest_goes_at_the_pace_of_all_or_of_the_second_half():
+def test_the_rest_is_extrapolated_at_the_pace_of_the_whole_or_of_the_second_half():
     assert extrapolation_factors(1.0, 0.1) == (1.0, 1.0)
     assert extrapolation_factors(0.25, 0.25) == (
         2.5,
@@ -132,7 +132,7 @@ def test_the_rest_goes_at_the_pace_of_all_or_of_the_second_half():
 
 
 @pytest.mark.parametrize("part", [0.99 / LARGEST_FACTOR, 1e-3, 1.5e-5, 0.0])
-def test_a_run_of_which_too_little_was_run_is_not_known(part):
+def test_the_cost_is_not_known_if_too_little_was_run(part):
     cost = RunCost(Work(500, 700, 90, 900), 0.05, part * 60.0, 60.0)
     assert cost.whole is None
     assert cost.factors is None
@@ -140,7 +140,7 @@ def test_a_run_of_which_too_little_was_run_is_not_known(part):
     assert f"more than {LARGEST_FACTOR:g} times" in cost.words()
 
 
-def test_of_a_few_steps_the_work_is_told_and_the_time_is_not():
+def test_a_few_steps_have_a_known_work_and_no_known_time():
     cost = RunCost(Work(3, 5, 1, 8), 0.7, 60.0, 60.0)
     assert cost.whole is None
     assert cost.words() == (
@@ -148,14 +148,14 @@ def test_of_a_few_steps_the_work_is_told_and_the_time_is_not():
     )
 
 
-def test_a_chain_whose_spheres_are_all_held_costs_nothing():
+def test_a_chain_with_all_spheres_clamped_costs_nothing():
     held = nrchain.load_scene("passive", **{"chain.particles": 2, "chain.ends": "clamped"})
     cost = cost_of(nrchain.simulate(held))
     assert cost.work == Work(0, 0, 0, 0)
     assert cost.whole == (0.0, 0.0)
 
 
-def test_the_cost_of_a_run_is_the_price_of_what_it_does():
+def test_the_cost_of_a_run_is_that_of_its_counted_work():
     with fake_processor(Processor()) as processor:
         run = nrchain.simulate(SCENE)
         assert cost_of(run).seconds == processor.truth
@@ -164,7 +164,7 @@ def test_the_cost_of_a_run_is_the_price_of_what_it_does():
     assert cost_of(run).work.solves == processor.done["solve"]
 
 
-def test_who_watches_and_writes_is_no_part_of_the_cost(monkeypatch, tmp_path):
+def test_watching_and_writing_are_not_part_of_the_cost(monkeypatch, tmp_path):
     with fake_processor(Processor()) as processor:
 
         def spend(method):
@@ -182,8 +182,8 @@ def test_who_watches_and_writes_is_no_part_of_the_cost(monkeypatch, tmp_path):
     assert cost_of(run).seconds == processor.truth
 
 
-def test_on_a_busy_processor_that_compiles_the_cost_stays_within_a_factor_of_its_work():
-    """Threads on all cores slow every step; kernels compile for hours where they are first met."""
+def test_compilation_on_a_busy_processor_changes_the_cost_by_a_bounded_factor():
+    """Busy cores slow every step, and each kernel compiles for an hour at its first call."""
     for seed in range(5):
         random = np.random.default_rng(seed)
         met: set[float] = set()
@@ -200,7 +200,7 @@ def test_on_a_busy_processor_that_compiles_the_cost_stays_within_a_factor_of_its
         assert 0.8 * processor.truth <= cost.seconds <= BUSY * processor.truth
 
 
-def test_plan_cost_and_run_tell_one_number(tmp_path):
+def test_plan_cost_and_run_report_the_same_number(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text(SCENE.to_toml(), encoding="utf-8")
     with fake_processor(Processor()) as processor:
@@ -211,9 +211,9 @@ def test_plan_cost_and_run_tell_one_number(tmp_path):
         planned = plan_effects(SCENE)
         measured = work_precision(SCENE, budget=3.0)
         printed = CliRunner().invoke(app, ["run", str(path), "-o", str(tmp_path / "out")])
-    told = [run, file, kept, planned.cost, measured.own]
-    assert {one.seconds for one in told} == {expected}
-    assert {one.work for one in told} == {run.work}
+    costs = [run, file, kept, planned.cost, measured.own]
+    assert {one.seconds for one in costs} == {expected}
+    assert {one.work for one in costs} == {run.work}
     words = f"{run.work.words()} in {expected:.0f} s of processor time"
     assert f"the run: {words}" in planned.notes()
     assert f"the unchanged scene: {words}" in measured.notes()
@@ -226,13 +226,13 @@ def test_plan_cost_and_run_tell_one_number(tmp_path):
     )
 
 
-def test_a_run_that_is_resumed_costs_what_it_did_at_once(tmp_path):
+def test_a_resumed_run_costs_as_much_as_an_uninterrupted_one(tmp_path):
     path = tmp_path / "run.h5"
     with fake_processor(Processor()) as processor:
         nrchain.simulate(nrchain.load_scene(SCENE, **{"run.max_steps": 30}), output=path)
-        begun = cost_of(nrchain.Trajectory.open(path))
-        assert begun.seconds == processor.truth
-        assert 0.0 < begun.part < 1.0
+        part = cost_of(nrchain.Trajectory.open(path))
+        assert part.seconds == processor.truth
+        assert 0.0 < part.part < 1.0
         while (run := nrchain.resume(path)).status != "completed":
             assert run.counters["steps"] < 1000
         done = cost_of(run)
@@ -241,8 +241,8 @@ def test_a_run_that_is_resumed_costs_what_it_did_at_once(tmp_path):
     assert done.seconds == alone.seconds
 
 
-def test_what_is_foretold_of_a_part_holds_for_the_whole():
-    """A chain that spins goes at a pace that is even but for its start."""
+def test_the_cost_predicted_from_a_part_holds_for_the_whole():
+    """A spinning chain takes steps of equal cost, except at its start."""
     scene = nrchain.load_scene("spiral-left", **{"run.end": 20.0})
     with fake_processor(Processor()):
         whole = cost_of(nrchain.simulate(scene))
@@ -255,7 +255,7 @@ def test_what_is_foretold_of_a_part_holds_for_the_whole():
     assert f"extrapolated from t = {part.reached:.3g} of 20" in part.words()
 
 
-def test_how_much_is_run_hangs_on_no_clock(monkeypatch):
+def test_the_part_that_is_run_does_not_depend_on_the_clock(monkeypatch):
     scene = nrchain.load_scene(SCENE, **{"run.end": 1e5})
     quick = predict_cost(scene, allowed=5e-3)
     now = 0.0
@@ -274,7 +274,7 @@ def test_how_much_is_run_hangs_on_no_clock(monkeypatch):
     assert np.array_equal(slow.trajectory.positions, quick.trajectory.positions)
 
 
-def test_a_run_that_stops_has_cost_what_it_took():
+def test_the_cost_of_a_run_that_stops_is_that_of_its_steps():
     limp = {f"elasticity.{name}": 0.0 for name in ("stretch", "shear", "twist", "bend")}
     scene = nrchain.load_scene(
         {"chain.particles": 3, "slip.2s": -100.0, "run.end": 100.0, "run.atol": 1e-9} | limp

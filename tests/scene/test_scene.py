@@ -202,18 +202,18 @@ ADVICE = "of one's own must be registered again"
     ],
 )
 def test_a_name_that_is_nearly_one_is_offered_without_advice_for_ones_own(changes, meant):
-    with pytest.raises(SceneError) as told:
+    with pytest.raises(SceneError) as caught:
         scene_of(**changes)
-    assert told.value.allowed.endswith(f"; did you mean {meant!r}?")
-    assert ADVICE not in told.value.allowed
+    assert caught.value.allowed.endswith(f"; did you mean {meant!r}?")
+    assert ADVICE not in caught.value.allowed
 
 
 @pytest.mark.parametrize("changes", [{"slip.4t": 60.0}, {"slip.7q": 1.0}, {"tether": {"force": 1}}])
 def test_a_name_that_may_be_ones_own_comes_with_how_to_register_it(changes):
-    with pytest.raises(SceneError, match=ADVICE) as told:
+    with pytest.raises(SceneError, match=ADVICE) as caught:
         scene_of(**changes)
-    assert "?." not in told.value.allowed
-    assert "; did you mean 't" not in told.value.allowed
+    assert "?." not in caught.value.allowed
+    assert "; did you mean 't" not in caught.value.allowed
 
 
 def scene_of(**changes):
@@ -547,7 +547,7 @@ def test_changes_reach_every_section_and_leave_the_source_alone():
     }
 
 
-def test_a_shipped_ratio_gives_way_only_when_told_to():
+def test_a_shipped_ratio_is_replaced_only_on_request():
     with pytest.raises(SceneError, match="two ways"):
         load_scene("buckling", **EXPLICIT)
     scene = load_scene("buckling", **EXPLICIT, **{"elasticity.ratio": None})

@@ -159,7 +159,7 @@ def test_measures_do_not_see_images(boxed, measured):
     assert measured(inside) == pytest.approx(measured(run), rel=1e-6, abs=1e-9)
 
 
-def test_how_often_a_wrapped_chain_went_around_is_not_told(boxed):
+def test_the_translation_of_a_wrapped_chain_is_refused(boxed):
     run, inside = boxed
     assert measure.translation(run)[0].value > 0.1
     with pytest.raises(MeasurementError, match=r"^positions\[\d+\]: the chain is wrapped"):
@@ -174,10 +174,10 @@ def test_a_sphere_half_a_period_off_is_refused_by_name(count, off):
     positions[1, 0] += off * count * D
     elastic = {"spacing": D, "ends": "periodic", **MODULI}
     refused = pytest.raises(SceneError, match=r"^positions = 'sphere [0-9]+': is wrapped")
-    with refused as told:
+    with refused as caught:
         nrchain.elastic_energy(positions, frames, **elastic)
     # of the two links of a sphere that is off, either names one of its ends
-    assert f"'sphere {1}'" in str(told.value) or f"'sphere {2 % count}'" in str(told.value)
+    assert f"'sphere {1}'" in str(caught.value) or f"'sphere {2 % count}'" in str(caught.value)
     scene = scene_of(count)
     for call in (
         lambda: nrchain.contributions(scene, positions, frames),

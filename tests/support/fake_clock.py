@@ -1,4 +1,4 @@
-"""A processor whose clock goes on with counted work alone."""
+"""A processor whose clock advances with counted work alone."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PRICES = {"rates": 1.0, "linearise": 2.0, "factorise": 0.5, "solve": 0.25, "prod
 
 
 class Processor:
-    """Counts what is done, and has a clock that shows the price of it, times ``busy`` of it."""
+    """Counts operations. Its clock shows their price, as changed by ``busy``."""
 
     def __init__(self, busy: Callable[[float], float] = lambda price: price) -> None:
         self.now, self.busy, self.done = 0.0, busy, Counter[str]()

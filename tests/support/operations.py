@@ -1,4 +1,4 @@
-"""What a compiled function does, counted in its typed source: no processor has a part in that."""
+"""Operations of a compiled function, counted in its typed source, whatever the processor."""
 
 from collections import Counter
 from functools import cache

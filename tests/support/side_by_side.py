@@ -1,9 +1,9 @@
-"""Whether a loop over pairs can do several of them at a time, on whatever processor.
+"""Whether the compiler vectorises a loop over pairs, whatever the processor.
 
-The compiler is told how many to take, in a process of its own: it then asks of the loop alone
-whether that is possible, and not of the processor whether it pays. A loop that calls something,
-writes, or branches is not taken; one whose index may count from the end reads every number by
-itself. The form that is looked at is that before it is made into the instructions of a processor.
+A separate process sets the vector width. The compiler then decides by the loop alone, not by what
+pays on this processor. It does not vectorise a loop that calls functions, writes or branches. If an
+index may count from the end, each number is read by itself. The test reads the intermediate code,
+before instructions are selected.
 """
 
 import re

@@ -393,7 +393,7 @@ def test_branches(modes, phase, neighbours, stretch, shear, friction):
 
 @pytest.mark.parametrize("friction", [{}, pairwise("all")])
 @pytest.mark.parametrize("neighbours", [1, "all"])
-def test_long_waves_tell_bending_from_shear(neighbours, friction):
+def test_long_waves_separate_bending_from_shear(neighbours, friction):
     """For q → 0 bending is free, shear has a gap, and the rates do not care how stiff it is."""
     rates = {
         stiffness: lattice_rates(

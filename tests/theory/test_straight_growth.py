@@ -191,7 +191,7 @@ def test_motions_of_the_whole_chain_are_no_growth():
             assert (mode.rate, mode.shear, mode.phase) == (0.0, 0.0, 0.0)
 
 
-def test_modes_that_shear_are_told_from_those_that_bend():
+def test_modes_of_shear_are_separated_from_those_of_bending():
     stiff = {"elasticity": {"ratio": None, "stretch": 500.0, "shear": 500.0}}
     soft = {"elasticity": {"ratio": None, "stretch": 500.0, "shear": 1.0}}
     bends, shears = (
@@ -219,6 +219,6 @@ def test_a_chain_beyond_rounding_is_not_judged_and_ends_as_it_must(capfd):
     assert capfd.readouterr().out == ""
 
 
-def test_singular_factors_are_told_as_what_callers_expect():
+def test_singular_factors_raise_the_error_that_callers_expect():
     with pytest.raises(FloatingPointError, match="the straight chain is singular"):
         sparse_factors(csc_array(np.zeros((3, 3))))

@@ -190,7 +190,7 @@ def test_a_run_is_resumed_and_replaced_while_others_have_its_file_open(tmp_path)
 @pytest.mark.parametrize(
     "act", [nrchain.resume, lambda p: nrchain.simulate(make_scene(), output=p, overwrite=True)]
 )
-def test_who_writes_is_told(tmp_path, act):
+def test_the_process_that_writes_is_named(tmp_path, act):
     path = tmp_path / FILE_NAME
     with Going(path, make_scene()) as going:
         going.begin()
@@ -231,7 +231,7 @@ def test_a_file_that_is_renamed_while_it_is_written_is_not_written_by_two(tmp_pa
     assert nrchain.resume(other).status == "completed"
 
 
-def test_a_process_that_has_the_file_open_is_told_so(tmp_path):
+def test_a_process_that_has_the_file_open_is_named(tmp_path):
     path = tmp_path / FILE_NAME
     nrchain.simulate(make_scene(**{"run.max_steps": 3}), output=path)
     with h5py.File(path, "r"):

@@ -176,7 +176,7 @@ def test_a_snapshot_that_cannot_be_written_does_not_count(path, monkeypatch):
     assert sizes == {1}
 
 
-def test_an_existing_result_is_replaced_only_when_told(path):
+def test_an_existing_file_is_replaced_only_on_request(path):
     with TrajectoryWriter(path, make_scene(), TIMES) as writer:
         write(writer, 0)
     for where in (path, path.parent):
@@ -202,7 +202,7 @@ def test_a_file_that_cannot_be_made_leaves_nothing(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("overwrite", [False, True])
-def test_of_two_runs_begun_at_once_one_has_the_file(path, monkeypatch, overwrite):
+def test_of_two_runs_started_together_one_gets_the_file(path, monkeypatch, overwrite):
     replace = os.replace
 
     def late(partial, target):
@@ -305,7 +305,7 @@ def test_what_is_no_trajectory_is_refused_with_the_cause(path, spoil, message):
 
 
 def spoilt(path):
-    """Every object and attribute of a file missing in turn, every data set of another shape."""
+    """A file with each object or attribute missing in turn, and each data set in another shape."""
     whole, names, attributes = path.read_bytes(), [], []
     with h5py.File(path) as file:
         file.visit(names.append)
@@ -339,17 +339,17 @@ def flipped(path, times, seed=0):
 
 def test_no_damage_is_met_with_any_but_the_documented_error(path):
     simulate(make_scene(**{"run.max_steps": 3, "run.snapshots": 5}), output=path)
-    whole, told = path.read_bytes(), []
+    whole, messages = path.read_bytes(), []
     for damages in (spoilt(path), flipped(path, 200)):
         for _ in damages:
             for use in (Trajectory.open, read_checkpoint, reopen):
                 try:
                     use(path)
                 except TrajectoryError as error:
-                    told.append(str(error))
+                    messages.append(str(error))
         path.write_bytes(whole)
-    assert len(told) > 200
-    assert all(str(path) in line and "\n" not in line for line in told)
+    assert len(messages) > 200
+    assert all(str(path) in line and "\n" not in line for line in messages)
 
 
 def read_checkpoint(path):

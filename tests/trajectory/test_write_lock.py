@@ -25,19 +25,19 @@ def test_the_readme_names_the_systems():
 @pytest.mark.parametrize("error", ["ImportError", "nrchain.NrchainError"])
 def test_importing_that_part_elsewhere_fails_with_that_sentence(error, tmp_path):
     code = f"import nrchain\ntry:\n    nrchain.simulate\nexcept {error} as e:\n    print(e)"
-    told = without_fcntl(f"exec({code!r})", tmp_path)
-    assert (told.stdout, told.returncode) == (SYSTEMS + "\n", 0), told.stderr
+    ended = without_fcntl(f"exec({code!r})", tmp_path)
+    assert (ended.stdout, ended.returncode) == (SYSTEMS + "\n", 0), ended.stderr
 
 
 def test_the_command_says_it_in_one_line_and_makes_nothing(tmp_path):
     code = "sys.argv = ['nrchain', 'run', 'passive']; from nrchain.__main__ import main; main()"
-    told = without_fcntl(code, tmp_path)
-    assert told.stderr.strip().endswith(SYSTEMS)
-    assert "Traceback" not in told.stderr
-    assert told.returncode == REFUSED
+    ended = without_fcntl(code, tmp_path)
+    assert ended.stderr.strip().endswith(SYSTEMS)
+    assert "Traceback" not in ended.stderr
+    assert ended.returncode == REFUSED
     assert not list(tmp_path.iterdir())
 
 
 def test_what_needs_no_file_runs_anywhere(tmp_path):
-    told = without_fcntl("import nrchain; print(*nrchain.scene_names())", tmp_path)
-    assert "buckling" in told.stdout
+    ended = without_fcntl("import nrchain; print(*nrchain.scene_names())", tmp_path)
+    assert "buckling" in ended.stdout

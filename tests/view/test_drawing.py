@@ -1,4 +1,4 @@
-"""Pictures come out whatever matplotlib is told by others, and tell it nothing."""
+"""Pictures do not depend on settings of matplotlib, and do not change them."""
 
 from __future__ import annotations
 
@@ -181,11 +181,11 @@ def test_from_python_a_backend_that_is_none_is_named_with_what_helps(trajectory,
     def drawn(backend):
         return program("-c", LIBRARY, str(trajectory.path), backend=backend, folder=tmp_path)
 
-    told = drawn("nonsense").stdout
-    assert told.startswith("MPLBACKEND = 'nonsense': is not a backend of matplotlib")
+    printed = drawn("nonsense").stdout
+    assert printed.startswith("MPLBACKEND = 'nonsense': is not a backend of matplotlib")
     assert not (tmp_path / "chain.png").exists()
     # what the message offers
-    assert "MPLBACKEND=agg" in told
+    assert "MPLBACKEND=agg" in printed
     for backend in ("agg", "", ABSENT):
         done = drawn(backend)
         assert done.stdout == "chain.png\n", done.stderr

@@ -184,7 +184,7 @@ def test_each_time_has_its_colour_in_the_bar(tmp_path, figures, times, drawn):
         assert fields[[0, -1]] == pytest.approx(middles[[0, -1]])
 
 
-def test_the_title_tells_what_was_run(tmp_path, figures):
+def test_the_title_of_a_picture_describes_the_run(tmp_path, figures):
     changes = {"title": "Costs $5, $x^", "slip.2s": 100, "chain.ends": "clamped"}
     draw_chain(trajectory_of(bent(), status="stopped", **changes), tmp_path / "chain.svg")
     text = words(figures[0])

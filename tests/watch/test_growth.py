@@ -1,4 +1,4 @@
-"""What grows is followed, or the run says that it is not, whatever makes the chain unstable."""
+"""A growing bend is resolved, or the run stops or warns, whatever makes the chain unstable."""
 
 import math
 import re
@@ -18,7 +18,7 @@ from nrchain.watch.growing_modes import growth_about_base
 
 X = np.array([1.0, 0.0, 0.0])
 OBLIQUE = np.array([[0.6, 0.64, 0.48], [-0.8, 0.48, 0.36], [0.0, -0.6, 0.8]])
-"""A turn whose rows have no zero but one: what happens along the chain, happens along x, y, z."""
+"""A rotation by which motion along the chain has components along x, y and z."""
 
 COLUMN = {
     "elasticity.ratio": 1e12,
@@ -33,7 +33,7 @@ def passive(**changes):
 
 
 def compressed(scene, bend):
-    """A clamped chain 3 % too short for its links, bent by so many radii."""
+    """Positions of a clamped chain compressed by 3 %, with a bend of ``bend`` radii."""
     places = np.arange(scene.chain.particles)
     positions = 0.97 * scene.chain.spacing * places[:, None] * X
     positions[:, 2] = bend * scene.chain.radius * np.sin(np.pi * places / places[-1])
@@ -41,7 +41,7 @@ def compressed(scene, bend):
 
 
 def obliquely_compressed(scene, bend):
-    """That chain with all that it lacks in its middle link, along no axis of the lab."""
+    """The same chain with all compression in its middle link, along no axis of the lab."""
     positions, frames = compressed(scene, bend), starting_poses(scene)[1]
     places, whole = np.arange(len(positions)), scene.chain.spacing
     far = positions[-1, 0] - whole * places[::-1]
@@ -55,21 +55,21 @@ def squeezed(**changes):
 
 
 def largest_offset(trajectory):
-    """From the line through the ends."""
+    """The largest distance of a sphere from the line through the ends, at the end of the run."""
     offsets = trajectory.positions[-1] - trajectory.positions[-1, 0]
     axis = offsets[-1] / np.linalg.norm(offsets[-1])
     return float(np.linalg.norm(offsets - np.outer(offsets @ axis, axis), axis=1).max())
 
 
 def advised(trajectory):
-    """The changes that the reason of a stop names."""
+    """The tolerances that the reason of a stop recommends."""
     assert trajectory.cause is Cause.GROWTH
     remedy = r"rtol = [^;]*\); (.*), or a larger bend at the start resolves it"
     text = re.search(remedy, trajectory.reason)[1]
     return {key: float(value) for key, value in re.findall(r"(run\.[ar]tol) = (\S+)", text)}
 
 
-def test_a_compressed_chain_is_not_left_straight_and_the_tolerance_named_follows_it():
+def test_a_compressed_chain_stops_below_atol_and_buckles_with_the_tolerance_named():
     scene = squeezed()
     start = compressed(scene, 1e-10)
     changes = advised(nrchain.simulate(scene, positions=start))
@@ -85,8 +85,8 @@ def test_a_compressed_chain_is_not_left_straight_and_the_tolerance_named_follows
 
 
 @pytest.mark.parametrize("integrator", ["cvode", "radau"])
-def test_where_far_motion_along_the_chain_hides_its_bend_rtol_is_named_and_follows_it(integrator):
-    """The bend of 1e-8 is 1e5 times atol; spheres move by a radius, a 1e-5 of which is 1e-5."""
+def test_a_bend_hidden_by_motion_along_the_chain_is_resolved_by_the_rtol_named(integrator):
+    """The bend, 1e-8 a, is 1e5 atol. Spheres move by a: rtol = 1e-5 allows errors of 1e-5 a."""
     coarse = {"run.atol": 1e-13, "run.rtol": 1e-5, "run.integrator": integrator}
     scene = squeezed(**coarse)
     start = obliquely_compressed(scene, 1e-8)
@@ -102,8 +102,8 @@ def test_where_far_motion_along_the_chain_hides_its_bend_rtol_is_named_and_follo
 
 @pytest.mark.parametrize("dense", [True, False])
 @pytest.mark.parametrize("integrator", ["cvode", "radau"])
-def test_steps_that_pass_over_a_growth_end_the_run(monkeypatch, integrator, dense):
-    """The load bends a column at rate 143, and most of a sine is in modes that grow slower."""
+def test_a_run_whose_steps_are_longer_than_a_growth_time_stops(monkeypatch, integrator, dense):
+    """The column buckles at rate 143. Most of the sine is in modes that grow more slowly."""
     if not dense:
         monkeypatch.setattr(growing_modes, "DENSE", 0)
     changes = COLUMN | {"start.amplitude": 1e-5, "run.integrator": integrator}
@@ -117,7 +117,7 @@ def test_steps_that_pass_over_a_growth_end_the_run(monkeypatch, integrator, dens
 
 
 @pytest.mark.parametrize("amplitude", [0.0, 1e-9, 1e-3])
-def test_a_chain_that_decays_completes_and_warns_of_nothing(amplitude):
+def test_a_bend_that_decays_gives_no_warning(amplitude):
     scene = passive(**{"start.shape": "sine", "start.amplitude": amplitude, "slip.2s": -100.0})
     with warnings.catch_warnings(action="error", category=nrchain.SceneWarning):
         trajectory = nrchain.simulate(scene)
@@ -125,7 +125,7 @@ def test_a_chain_that_decays_completes_and_warns_of_nothing(amplitude):
     assert largest_offset(trajectory) < max(amplitude, 1e-15)
 
 
-def test_a_chain_that_is_bent_is_looked_at_every_eighth_step(monkeypatch):
+def test_the_size_of_the_bend_of_a_bent_chain_is_computed_every_eighth_step(monkeypatch):
     looks, bend = [], growth._bend
     monkeypatch.setattr(growth, "_bend", lambda *given: looks.append(bend(*given)) or looks[-1])
     bent = {"start.shape": "sine", "start.amplitude": 10.0, "run.rtol": 1e-9, "run.atol": 1e-9}
@@ -135,17 +135,17 @@ def test_a_chain_that_is_bent_is_looked_at_every_eighth_step(monkeypatch):
     assert len(looks) == math.ceil(steps / growth.BENT)
 
 
-def test_an_unstable_chain_that_is_straight_stays_so_and_says_it_once():
+def test_a_straight_unstable_chain_stays_straight_and_warns_once():
     scene = squeezed()
-    with pytest.warns(nrchain.SceneWarning, match="straight to rounding at t = ") as told:
+    with pytest.warns(nrchain.SceneWarning, match="straight to rounding at t = ") as warned:
         trajectory = nrchain.simulate(scene, positions=compressed(scene, 0.0))
-    assert len(told) == 1
+    assert len(warned) == 1
     assert trajectory.status == "completed"
     assert largest_offset(trajectory) == 0.0
 
 
 def found_both_ways(monkeypatch, chain, least, fast):
-    """Modes by all eigenvalues, and by those near the rates given, of long chains."""
+    """Growing modes from all eigenvalues, and from those near the given rates."""
     monkeypatch.setattr(growing_modes, "DENSE", 10**6)
     every = growth_about_base(chain, X, least, fast)
     monkeypatch.setattr(growing_modes, "DENSE", 0)
@@ -153,8 +153,8 @@ def found_both_ways(monkeypatch, chain, least, fast):
 
 
 @pytest.mark.parametrize("slip", [{}, {"slip.2s": 40.0, "slip.3t": 400.0}, {"slip.4a": 5e3}])
-def test_long_chains_have_the_rates_and_parts_of_all_eigenvalues(monkeypatch, slip):
-    """The two share nothing: left eigenvectors of the whole, and a power of an inverse."""
+def test_iterative_and_dense_eigenvalues_of_long_chains_agree(monkeypatch, slip):
+    """Two independent methods: left eigenvectors of J, and iterations of a shifted inverse."""
     scene = squeezed(**{"chain.particles": 20, "run.end": 0.01} | slip)
     start = compressed(scene, 1e-6)
     start[:, 1] = 1e-6 * np.linspace(0.0, 1.0, 20) ** 2 * np.linspace(1.0, 0.0, 20)
@@ -172,8 +172,8 @@ def test_long_chains_have_the_rates_and_parts_of_all_eigenvalues(monkeypatch, sl
 
 
 @pytest.mark.parametrize("dense", [10**6, 0])
-def test_a_part_that_has_outgrown_all_others_is_the_bend(monkeypatch, dense):
-    """One of 2e-12 a at rate 67 is 2e-4 of a bend at the start, and nearly all after t = 0.25."""
+def test_the_fastest_mode_becomes_the_whole_bend(monkeypatch, dense):
+    """A mode of 2e-12 a at rate 67 is 2e-4 of the bend at t = 0 and nearly all at t = 0.25."""
     monkeypatch.setattr(growing_modes, "DENSE", dense)
     fine = {"run.atol": 1e-13, "run.rtol": 1e-9, "run.end": 0.25, "run.snapshots": 26}
     scene = squeezed(**fine)
@@ -200,7 +200,7 @@ def test_a_part_that_has_outgrown_all_others_is_the_bend(monkeypatch, dense):
         FloatingPointError("the Newton matrix is singular"),
     ],
 )
-def test_rates_that_are_not_found_leave_the_run_as_it_is(monkeypatch, failure):
+def test_a_run_goes_on_where_the_eigenvalues_do_not_converge(monkeypatch, failure):
     def fail(*_, **__):
         raise failure
 
@@ -211,8 +211,8 @@ def test_rates_that_are_not_found_leave_the_run_as_it_is(monkeypatch, failure):
     assert found.status == "completed"
 
 
-def test_growth_that_lasts_for_a_moment_as_links_relax_is_not_warned_of():
-    """Two spheres 5e-4 too far apart: steps overshoot by their tolerance, and push for 1e-11."""
+def test_growth_that_lasts_only_while_links_relax_gives_no_warning():
+    """Two spheres 5e-4 d too far apart: steps overshoot and compress the link for t = 1e-11."""
     changes = {"chain.particles": 2, "elasticity.ratio": 1e7, "start.shape": "straight"}
     scene = nrchain.load_scene("passive", **{"chain.ends": "free", "run.end": 50.0} | changes)
     positions = np.array([[0.0, 0.0, 0.0], [10.005, 0.0, 0.0]])

@@ -123,11 +123,11 @@ WIDE = {"chain.radius": 1.5, "chain.spacing": 40.0}
 CONTACT = 3.0
 
 
-def meeting(nearest, step, strays):
+def meeting(nearest, step, swing):
     """Two spheres that each move by ``step`` along y, and on the way towards each other."""
 
     def path(time):
-        apart = nearest + 2.0 * strays * step * (1.0 - 4.0 * time * (1.0 - time))
+        apart = nearest + 2.0 * swing * step * (1.0 - 4.0 * time * (1.0 - time))
         x, y = 0.5 * apart, step * time
         positions = np.array([[-x, y, 0.0], [x, -y, 0.0], [0.0, 0.0, 300.0]])
         return positions, np.tile(np.eye(3), (3, 1, 1))
@@ -135,16 +135,16 @@ def meeting(nearest, step, strays):
     return path
 
 
-@pytest.mark.parametrize("strays", [0.6, 1.0, 1.2])
-def test_two_spheres_that_swing_to_each_other_within_a_step_are_caught(strays):
-    """Each strays by as much as it moves, both towards the other: twice that far they come."""
+@pytest.mark.parametrize("swing", [0.6, 1.0, 1.2])
+def test_two_spheres_that_swing_to_each_other_within_a_step_are_caught(swing):
+    """Each swings sideways by ``swing`` times its displacement, towards the other."""
     step = 1.0
-    stop = watch(scene_of(**WIDE), meeting(0.8 * CONTACT, step, strays), 0.0, 1.0)
+    stop = watch(scene_of(**WIDE), meeting(0.8 * CONTACT, step, swing), 0.0, 1.0)
     assert stop.cause is Cause.TOUCH
-    positions = meeting(0.8 * CONTACT, step, strays)(stop.time)[0]
+    positions = meeting(0.8 * CONTACT, step, swing)(stop.time)[0]
     assert np.linalg.norm(positions[0] - positions[1]) == pytest.approx(CONTACT)
     assert stop.time < 0.5
-    assert watch(scene_of(**WIDE), meeting(1.05 * CONTACT, step, strays), 0.0, 1.0) is None
+    assert watch(scene_of(**WIDE), meeting(1.05 * CONTACT, step, swing), 0.0, 1.0) is None
 
 
 @pytest.mark.parametrize("skew", [-0.5, 0.0, 0.5])
@@ -168,7 +168,7 @@ def test_a_swing_that_is_deepest_late_or_early_in_a_step_is_caught(skew):
 
 @pytest.mark.parametrize("vertex", [0.2, 0.5, 0.8])
 def test_a_sphere_that_swings_past_another_is_caught_wherever_the_swing_is_deepest(vertex):
-    """A parabola, clear of the other at both ends and along the straight line between these."""
+    """A parabola that touches the other sphere although its ends and its chord do not."""
 
     def path(time):
         swing = 0.95 * CONTACT + 8.0 * (time - vertex) ** 2
@@ -183,7 +183,7 @@ def test_a_sphere_that_swings_past_another_is_caught_wherever_the_swing_is_deepe
 
 @pytest.mark.parametrize("steps", [3, 7, 40, 1000])
 def test_spheres_that_come_from_far_in_many_steps_touch_in_time(steps):
-    """What was found at an earlier search is used as long as they cannot have met since."""
+    """A search is repeated only once the spheres may have met since the last one."""
     scene, speed = scene_of(**WIDE), 20.0
 
     def path(time):
@@ -203,7 +203,7 @@ def test_spheres_that_come_from_far_in_many_steps_touch_in_time(steps):
 @settings(deadline=None, max_examples=200)
 @given(st.integers(0, 10**6), st.sampled_from(["free", "periodic"]), st.floats(0.1, 30.0))
 def test_every_contact_of_a_random_step_is_found_at_its_time(seed, ends, size):
-    """Parabolas that stray by no more than the step moves a sphere, against a fine sampling."""
+    """Parabolas that deviate by at most the displacement of the step, against fine sampling."""
     rng = np.random.default_rng(seed)
     scene = scene_of(4, **{"chain.radius": 1.5, "chain.spacing": 8.0, "chain.ends": ends})
     start = 8.0 * np.arange(4)[:, None] * [1.0, 0.0, 0.0] + rng.uniform(-1.5, 1.5, (4, 3))

@@ -37,7 +37,7 @@ def radau_factor(z):
     return 1.0 + z * RUNGE_KUTTA[-1] @ np.linalg.solve(np.eye(3) - z * RUNGE_KUTTA, np.ones(3))
 
 
-def test_radau_multiplies_what_grows_as_it_should_up_to_the_step_it_names():
+def test_radau_resolves_growth_up_to_the_step_it_states():
     limit = find_integrator("radau").growth_limit
     for z in np.linspace(0.0, limit, 20):
         assert radau_factor(z) == pytest.approx(math.exp(z), rel=0.02)
@@ -46,7 +46,7 @@ def test_radau_multiplies_what_grows_as_it_should_up_to_the_step_it_names():
 
 @pytest.mark.parametrize("name", BACKWARD)
 @pytest.mark.parametrize("order", [1, 2, 3, 4, 5])
-def test_backward_differences_let_grow_faster_than_it_should_up_to_the_step_they_name(name, order):
+def test_backward_differences_overestimate_growth_up_to_the_step_they_state(name, order):
     """Σ_k (1 − 1/ξ)^k/k = z has a root ξ ≥ exp z up to the sum at 1/ξ = 0, the pole."""
     poles = sum(1.0 / k for k in range(1, order + 1))
     assert find_integrator(name).growth_limit <= poles

@@ -68,13 +68,13 @@ def test_a_straight_start_of_a_chain_that_buckles_warns():
 def test_a_straight_chain_warns_if_bends_grow_tenfold(times):
     straight = buckling(**{"start.shape": "straight"})
     end = straight.run.end * np.log(times) / bend_growth_exponent(straight)
-    told = warnings(nrchain.load_scene(straight, **{"run.end": float(end)}))
-    assert any("straight to rounding" in text for text in told) == (times > 10.0)
+    warned = warnings(nrchain.load_scene(straight, **{"run.end": float(end)}))
+    assert any("straight to rounding" in text for text in warned) == (times > 10.0)
 
 
 def test_a_seed_barely_above_the_tolerance_warns():
-    (told,) = warnings(buckling(**{"start.amplitude": 1e-7}))
-    named = float(re.search(r"run\.atol = (\S+) resolves it", told)[1])
+    (warned,) = warnings(buckling(**{"start.amplitude": 1e-7}))
+    named = float(re.search(r"run\.atol = (\S+) resolves it", warned)[1])
     assert warnings(buckling(**{"start.amplitude": 1e-7, "run.atol": named})) == []
 
 
@@ -108,6 +108,6 @@ def test_probes_resolve_a_seed_below_their_own_tolerance():
 
 def test_the_command_warns_once(tmp_path):
     changes = ("--set", "start.shape=straight", "--set", "run.snapshots=2")
-    told = CliRunner().invoke(app, ["run", "buckling", "-o", str(tmp_path), *changes])
-    assert told.exit_code == 0
-    assert (told.stdout + told.stderr).count("the start is straight") == 1
+    warned = CliRunner().invoke(app, ["run", "buckling", "-o", str(tmp_path), *changes])
+    assert warned.exit_code == 0
+    assert (warned.stdout + warned.stderr).count("the start is straight") == 1

@@ -117,9 +117,9 @@ def _outcome(name: str, scene: Scene) -> Outcome:
 
 def _stated_work(choice: Choice, full: Scene, chosen: Scene) -> float:
     """Stated share of the work of a right-hand side, over the median of the measured shares."""
-    told, less = choice.work, chosen
+    stated, less = choice.work, chosen
     if choice.forgone:
-        told = choice.forgone.work
+        stated = choice.forgone.work
         if not (sets := auto.candidate_sets(full)):
             return math.nan
         less = sets[0].apply_to(full)
@@ -130,7 +130,7 @@ def _stated_work(choice: Choice, full: Scene, chosen: Scene) -> float:
             return math.nan
         own, whole = (cost.seconds / cost.work.evaluations for cost in costs)
         shares.append(own / whole)
-    return told / float(np.median(shares))
+    return stated / float(np.median(shares))
 
 
 def _sets(full: Scene) -> list[HydrodynamicSet]:
@@ -163,6 +163,19 @@ def _error(run: Trajectory, reference: Trajectory) -> float:
 
 
 def _record(recorder: Recorder, found: list[Outcome]) -> None:
+    _record_errors(recorder, found)
+    _record_times(recorder, found)
+    _record_work_and_bounds(recorder, found)
+    _record_table(recorder, found)
+    recorder.figure(
+        "auto",
+        _draw(found),
+        "Left: error of the chosen effects over the tolerance. Right: time over that of the "
+        "cheapest set that meets it, of the run alone (dots) and with the choice (circles).",
+    )
+
+
+def _record_errors(recorder: Recorder, found: list[Outcome]) -> None:
     met = [one.error <= one.tolerance for one in found]
     recorder.check(
         "scenes in which the chosen effects meet the tolerance",
@@ -172,6 +185,10 @@ def _record(recorder: Recorder, found: list[Outcome]) -> None:
         relative=False,
         source="largest distance from the run of the full model over all snapshots",
     )
+
+
+def _record_times(recorder: Recorder, found: list[Outcome]) -> None:
+    """Time of the chosen effects over that of the cheapest set that meets the tolerance."""
     slower = [one.chosen_seconds / one.rival for one in found]
     recorder.bound(
         "time of the chosen effects over that of the cheapest set, worst",
@@ -193,6 +210,10 @@ def _record(recorder: Recorder, found: list[Outcome]) -> None:
             least=0.5,
             source="not every scene: to leave the full model out, the choice has to evaluate it",
         )
+
+
+def _record_work_and_bounds(recorder: Recorder, found: list[Outcome]) -> None:
+    """What a choice states, its share of the work and its bound, over what runs show."""
     stated = np.abs(np.log([one.work for one in found if math.isfinite(one.work)]))
     recorder.bound(
         "stated share of the work over the measured one, median factor",
@@ -208,6 +229,9 @@ def _record(recorder: Recorder, found: list[Outcome]) -> None:
         most=1.25,
         source=f"{len(left)} scenes in which an effect is left out",
     )
+
+
+def _record_table(recorder: Recorder, found: list[Outcome]) -> None:
     recorder.table(
         "Effects chosen for a tolerance",
         ["Scene", "Tolerance [a]", "Left out", "Bound", "Error", "Run [ms]", "Choice [ms]",
@@ -225,12 +249,6 @@ def _record(recorder: Recorder, found: list[Outcome]) -> None:
         "Scenes with effects = \"auto\", against the full model and all combinations of reach, "
         "finite size and friction; the cheapest is the fastest that meets the tolerance.",
     )  # fmt: skip
-    recorder.figure(
-        "auto",
-        _draw(found),
-        "Left: error of the chosen effects over the tolerance. Right: time over that of the "
-        "cheapest set that meets it, of the run alone (dots) and with the choice (circles).",
-    )
 
 
 def _draw(found: list[Outcome]) -> Figure:

@@ -63,21 +63,21 @@ def compare(recorder: Recorder) -> None:
         recorder.step(f"estimates: scene {seed + 1} of {count}")
         scene = completed(random_scene(seed))
         began = clock.process_time()
-        told = estimate.estimate_effects(scene)
+        found = estimate.estimate_effects(scene)
         if seed < TIMED:
             planned += clock.process_time() - began
             ran += _seconds(scene)
-            replaced += sum(_seconds(one.change.scene) for one in told.estimates)
-        cases += _measure(seed, scene, told)
+            replaced += sum(_seconds(one.change.scene) for one in found.estimates)
+        cases += _measure(seed, scene, found)
     _record(recorder, count, cases, (planned / ran, planned / (ran + replaced)))
 
 
-def _measure(seed: int, scene: Scene, told: estimate.Estimates) -> list[Case]:
+def _measure(seed: int, scene: Scene, found: estimate.Estimates) -> list[Case]:
     """Run the scene with and without each effect, to the time of each estimate."""
     ends: dict[float, tuple[Trajectory, float, float]] = {}
-    whole = _run(scene, told.probed, TIGHT, FINE)
+    whole = _run(scene, found.probed, TIGHT, FINE)
     cases = []
-    for one in told.estimates:
+    for one in found.estimates:
         if one.until == 0.0:
             continue
         if one.until not in ends:
@@ -211,10 +211,12 @@ def compare_growth(recorder: Recorder) -> None:
             scene = _periodic(count, keys)
             changed = load_scene(scene, **{key: value})
             wave = 2.0 * math.pi / scene.length
-            told = estimate.growth_of(scene, Change(key, "drop" if drop else "add", changed), wave)
+            predicted = estimate.growth_of(
+                scene, Change(key, "drop" if drop else "add", changed), wave
+            )
             measured = (own - other).real if drop else (other - own).real
             what = f"{key} {'dropped' if drop else value}, of {next(iter(keys), 'no slip')}"
-            rows.append((what, count, told, measured, told and told / measured))
+            rows.append((what, count, predicted, measured, predicted and predicted / measured))
     ratios = [float(row[4]) for row in rows if row[4]]
     recorder.bound(
         "growth rate: largest factor between lattice and simulated wave",

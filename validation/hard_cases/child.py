@@ -124,12 +124,12 @@ def soak(scene: str, path: str, warm: int) -> Answer:
 
 def outputs(place: str) -> Answer:
     """Messages for outputs that cannot be written or read, in the folder ``place``."""
-    return {"told": plain(place)}
+    return {"messages": plain(place)}
 
 
 def small_disk(place: str) -> Answer:
     """The same on a disk of 256 kB that is mounted for this process."""
-    return {"told": on_small_disk(place)}
+    return {"messages": on_small_disk(place)}
 
 
 def _peak() -> int:

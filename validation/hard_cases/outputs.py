@@ -28,7 +28,7 @@ GOES_ON = ("a disk that fills up during the run",)
 """Cases that complete, because the whole file exists before the run starts."""
 
 
-def told(attempt: Callable[[], object]) -> str:
+def message_of(attempt: Callable[[], object]) -> str:
     """The message of a refused attempt, or the end of its run."""
     try:
         ended = attempt()
@@ -67,7 +67,7 @@ def plain(place: str) -> dict[str, str]:
         "a file of noise": lambda: _open(folder / "noise.h5", bytes(range(256)) * 64),
         "an empty file": lambda: _open(folder / "empty.h5", b""),
     }
-    answers = {name: told(attempt) for name, attempt in found.items()}
+    answers = {name: message_of(attempt) for name, attempt in found.items()}
     answers |= _protected(folder, whole)
     return {name: text.replace(place, "…") for name, text in answers.items()}
 
@@ -92,7 +92,7 @@ def _protected(folder: Path, whole: Path) -> dict[str, str]:
         for name, (path, attempt) in attempts.items():
             mode = path.stat().st_mode
             path.chmod(0o555 if path.is_dir() else 0o444)
-            answers[name] = told(attempt) if bound else NOT_TRIED
+            answers[name] = message_of(attempt) if bound else NOT_TRIED
             path.chmod(mode)
     return answers
 
@@ -116,18 +116,18 @@ def on_small_disk(place: str) -> dict[str, str]:
     if not mount(place):
         resource.setrlimit(resource.RLIMIT_FSIZE, (DISK, DISK))
         name = "no room on the disk (emulated: a limit on the size of files)"
-        return {name: told(lambda: simulate(scene_of(150), output=Path(place) / "x.h5"))}
+        return {name: message_of(lambda: simulate(scene_of(150), output=Path(place) / "x.h5"))}
     folder = Path(place)
     room = shutil.disk_usage(folder).free
     answers = {
-        "more than a disk of 256 kB holds": told(
+        "more than a disk of 256 kB holds": message_of(
             lambda: simulate(scene_of(1000), output=folder / "x.h5")
         ),
         # the arrays fit by count, and what HDF5 lays around them does not
-        "no room on a disk of 256 kB": told(
+        "no room on a disk of 256 kB": message_of(
             lambda: simulate(scene_of(_filling(room)), output=folder / "x.h5")
         ),
-        "a disk that fills up during the run": told(
+        "a disk that fills up during the run": message_of(
             lambda: simulate(
                 scene_of(50), output=folder / "y.h5", progress=lambda _: _fill(folder / "filler")
             )
@@ -135,7 +135,7 @@ def on_small_disk(place: str) -> dict[str, str]:
     }
     (folder / "filler").unlink()
     subprocess.run(["mount", "-o", "remount,ro", place], check=True, capture_output=True)
-    answers["a disk that may only be read"] = told(
+    answers["a disk that may only be read"] = message_of(
         lambda: simulate(scene_of(5), output=folder / "z.h5")
     )
     return {text: answer.replace(place, "…") for text, answer in answers.items()}

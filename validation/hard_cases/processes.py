@@ -67,8 +67,8 @@ def outputs() -> dict[str, str]:
         plain.mkdir()
         disk.mkdir()
         return {
-            **answer("outputs", place=str(plain))["told"],
-            **answer("small_disk", within=namespace(), place=str(disk))["told"],
+            **answer("outputs", place=str(plain))["messages"],
+            **answer("small_disk", within=namespace(), place=str(disk))["messages"],
         }
 
 

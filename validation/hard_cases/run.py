@@ -221,11 +221,11 @@ def _outputs(recorder: Recorder) -> None:
     recorder.step("nowhere to write")
     answers = processes.outputs()
     recorder.table("outputs", ["Fault", "Message"], answers.items(), "Outputs and inputs.")
-    for name, told in answers.items():
-        if told == NOT_TRIED:
+    for name, message in answers.items():
+        if message == NOT_TRIED:
             continue
-        fine = told == COMPLETED if name in GOES_ON else "\n" not in told and ": " in told
-        recorder.bound(f"{name}: ends well", float(fine), least=1.0, source=told)
+        fine = message == COMPLETED if name in GOES_ON else "\n" not in message and ": " in message
+        recorder.bound(f"{name}: ends well", float(fine), least=1.0, source=message)
 
 
 def _soak(recorder: Recorder, place: Path) -> None:

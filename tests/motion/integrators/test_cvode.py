@@ -1,4 +1,4 @@
-"""CVODE's failures: told by the integrator, and by nobody on the output of the process."""
+"""Failures of CVODE are exceptions of the integrator and print nothing."""
 
 from collections import deque
 
@@ -53,7 +53,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_a_failure_is_told_in_words_and_nowhere_else(case, capfd, monkeypatch):
+def test_a_failure_of_cvode_is_an_exception_and_prints_nothing(case, capfd, monkeypatch):
     monkeypatch.delenv("SUNLOGGER_WARNING_FILENAME", raising=False)
     begin, rate, slope, words = CASES[case]
     solver = Cvode(Equation(rate, slope), 1e18, 1e-5, np.full(1, 1e-5))

@@ -69,7 +69,7 @@ def test_matrix(scene):
     assert jacobian.matrix().toarray() == pytest.approx(dense, rel=1e-14, abs=0.0)
 
 
-def test_singular_matrices_are_told_apart():
+def test_singular_matrices_are_recognised():
     chain, _ = prepare(small("passive", 3, 1.0, **{"chain.ends": "clamped"}), "cvode", 1e-6)
     jacobian = BandedJacobian(chain)
     chain.linearise(0.0, np.zeros(chain.dimension))

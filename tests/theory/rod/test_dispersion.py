@@ -119,7 +119,7 @@ def test_hands_are_plus_or_minus_one():
     "changes",
     [{"field.body_torque": [1.0, 0.0, 0.0]}, {"flow.gradient": [[0, 1, 0], [0, 0, 0], [0, 0, 0]]}],
 )
-def test_what_the_theory_does_not_have_is_refused_and_not_left_aside(changes):
+def test_the_theory_refuses_effects_that_it_does_not_cover(changes):
     (key,) = changes
     with pytest.raises(SceneError, match=rf"{key.partition('.')[0]}.* not part of the theory"):
         Rod.of(scene(**changes))
