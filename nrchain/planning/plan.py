@@ -26,6 +26,9 @@ from nrchain.theory.straight_growth import REACH, StraightGrowth
 from nrchain.watch.seed import seed_amplitude
 from nrchain.wording import brief
 
+ROUNDING = 1e-12
+"""A motion below this part of what the largest load would give one sphere is rounding."""
+
 
 @dataclass(frozen=True)
 class Plan:
@@ -160,9 +163,19 @@ def _growth_meaning(scene: Scene, growth: StraightGrowth, seed: float) -> str:
     return meaning
 
 
+def _motion(scene: Scene, found: Judgement) -> tuple[np.ndarray, float]:
+    """V (3,) and Ω of the straight chain; 0 where only the rounding of its loads is left."""
+    loads, drag = found.loads, scene.drag
+    least = ROUNDING * np.abs(loads.tension).max() / drag.translation
+    least_spin = ROUNDING * np.abs(loads.moment).max() / drag.rotation
+    velocity = np.where(np.abs(loads.velocity) > least, loads.velocity, 0.0)
+    return velocity, loads.spin if abs(loads.spin) > least_spin else 0.0
+
+
 def _motion_lines(scene: Scene, found: Judgement) -> list[Line]:
     """How the straight chain swims and spins."""
-    velocity, spin, end = found.loads.velocity, found.loads.spin, scene.run.end
+    velocity, spin = _motion(scene, found)
+    end = scene.run.end
     lines = []
     if velocity.any():
         along = f"{velocity[0]:.4g}"

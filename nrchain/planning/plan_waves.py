@@ -32,18 +32,23 @@ _INFINITE = "of the infinite chain"
 
 
 def wave_lines(scene: Scene) -> list[Line]:
-    """The lines on waves and on the reach of flows, or why there are none."""
-    return [*_compared(_wave_lines, scene), *_compared(_reach_lines, scene)]
+    """The lines on waves and on the reach of flows; where there are none, the reason, once."""
+    waves = _compared("waves", _wave_lines, scene)
+    reach = _compared("reach", _reach_lines, scene)
+    shown = {line.meaning for line in waves}
+    return [*waves, *(line for line in reach if line.meaning not in shown)]
 
 
-def _compared(part: Callable[[Scene], list[Line]], scene: Scene) -> list[Line]:
+def _compared(name: str, part: Callable[[Scene], list[Line]], scene: Scene) -> list[Line]:
     """The lines of one part, or one that says why there are none."""
-    name = part.__name__.removeprefix("_").removesuffix("_lines")
     try:
         with np.errstate(over="raise", invalid="raise", divide="raise"):
             return part(scene)
     except SceneError as error:
-        return [Line(name, "not compared", f"the chain has no plane waves: {error}")]
+        # a list of strengths would fill the table
+        listed = isinstance(error.value, tuple)
+        reason = f"{error.key} {error.allowed}" if listed else str(error)
+        return [Line(name, "not compared", f"the chain has no plane waves: {reason}")]
     except FloatingPointError as error:
         return [Line(name, "not compared", f"beyond the range of floating point: {error}")]
 

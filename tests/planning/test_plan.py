@@ -179,6 +179,16 @@ def test_growth_is_that_of_this_chain_and_turns_are_those_of_its_bend():
     assert numbers(planned["turns"].value)[0] == pytest.approx(phase, rel=0.1)
 
 
+@pytest.mark.parametrize("strengths", [[100.1, -33.3, 33.3, -100.1], [0.1, 0.2, -0.2, -0.1]])
+def test_a_chain_whose_halves_cancel_neither_swims_nor_spins_by_rounding(strengths):
+    own = {"chain.particles": 4, "chain.spacing": 7.3, "chain.radius": 1.3, "chain.ends": "free"}
+    assert "swims" not in lines("passive", **own, **{"slip.3t": strengths})
+    assert lines("passive", **own, **{"slip.4a": strengths})["spins"].value == "Ω = 0"
+    uneven = [*strengths[:-1], 0.9999 * strengths[-1]]
+    assert numbers(lines("passive", **own, **{"slip.3t": uneven})["swims"].value)[0] > 0.0
+    assert numbers(lines("passive", **own, **{"slip.4a": uneven})["spins"].value)[0] < 0.0
+
+
 def test_motion_is_that_of_a_chain_that_moves():
     """The straight chain of a run that is left to move, its ends pushed from one side only."""
     scene = nrchain.load_scene("spiral-left", **{"run.end": 0.5, "start.shape": "straight"})
@@ -222,10 +232,22 @@ def test_a_plan_states_the_least_mobility_where_friction_is_cut():
     assert "friction" not in lines("passive", friction="pairwise")
 
 
+def test_why_there_are_no_plane_waves_is_said_once_and_lists_no_strengths():
+    strengths = [30.0 * i for i in range(14)]
+    changes = {"chain.particles": 14, "chain.spacing": 8.0, "slip.3t": strengths}
+    planned = lines("passive", **changes)
+    assert "reach" not in planned
+    assert planned["waves"].value == "not compared"
+    assert planned["waves"].meaning == (
+        "the chain has no plane waves: slip.3t must be one number for all spheres: a plane wave"
+        " needs a uniform chain"
+    )
+
+
 def test_what_cannot_be_judged_says_so():
     planned = lines("buckling", **{"slip.neighbours": 2_000_000})
-    assert planned["wave"].value == "not compared"
-    assert "use 'all'" in planned["wave"].meaning
+    assert planned["waves"].value == "not compared"
+    assert "use 'all'" in planned["waves"].meaning
     assert planned["growth"].value != "not judged"
     planned = lines("buckling", **{"chain.particles": 1001, "elasticity.ratio": 1e14})
     assert planned["chain"].value == "not judged"
