@@ -123,7 +123,8 @@ def bond_weaknesses(scene: Scene, loads: LineLoads, carried: LineLoads) -> list[
         if worst.holds:
             continue
         what = "bonds give way" if load.name == "stretch" else "links turn away from e₁"
-        part = f"is {worst.strain:.2g} times {load.symbol} = {load.stiffness:.3g}, and"
+        ratio = math.copysign(worst.strain, worst.tension)
+        part = f"is {ratio:.2g} times {load.symbol} = {load.stiffness:.3g}, and"
         if not load.stiffness:
             part = f"has no {load.symbol} against it, and"
         whose = " in a bend" if bent and worst is load else ""
@@ -158,14 +159,14 @@ def bend_weaknesses(scene: Scene, carried: LineLoads) -> list[Weakness]:
     thrust = float(np.abs(carried.tension).max()) * d
     if moduli.bend and thrust > LARGEST_THRUST * moduli.bend:
         text = (
-            f"the tension T = {thrust / d:.3g} turns each link of a bend by up to"
-            f" √(T d/μ⊥) = {math.sqrt(thrust / moduli.bend):.2g} rad, and links may snap over"
+            f"the tension |T| = {thrust / d:.3g} turns each link of a bend by up to"
+            f" √(|T| d/μ⊥) = {math.sqrt(thrust / moduli.bend):.2g} rad, and links may snap over"
         )
         found.append(Weakness(Weak.BEND, text))
     elif moduli.twist and thrust > LARGEST_THRUST * moduli.twist:
         text = (
-            f"the tension T = {thrust / d:.3g} twists the links of a bend with moments of up to"
-            f" T d = {thrust:.3g}, more than μ∥ = {moduli.twist:.3g} holds"
+            f"the tension |T| = {thrust / d:.3g} twists the links of a bend with moments of up to"
+            f" |T| d = {thrust:.3g}, more than μ∥ = {moduli.twist:.3g} holds"
         )
         found.append(Weakness(Weak.TWIST, text))
     moment = float(np.abs(carried.moment).max())

@@ -42,7 +42,7 @@ def test_a_chain_is_judged_by_what_all_its_spheres_do_together():
     drag = (strong - weak) / 20
     (warning,) = warnings(end)
     assert (
-        f"tension T = {2 * drag - strong + 2 * weak:.3g} of a link is 0.41 times λ∥d = 193"
+        f"tension T = {2 * drag - strong + 2 * weak:.3g} of a link is -0.41 times λ∥d = 193"
         in warning
     )
     assert warnings(nrchain.load_scene(end, **{"slip.2s": [20.0] + [1.0] * 19})) == []
