@@ -99,7 +99,7 @@ def one_or_each(inner: Rule) -> Rule:
             return inner(key, plain)
         except SceneError as error:
             raise SceneError(
-                key, value, f"{error.allowed}; or a list with one for each sphere"
+                key, value, f"{error.allowed}, or a list with one for each sphere"
             ) from None
 
     return read

@@ -35,10 +35,10 @@ def read_effect_sections(key: str, value: Any) -> EffectSections:
 
 
 def with_registration_hint(error: SceneError, what: str, register: str) -> SceneError:
-    """The error for an unknown name, with the advice to register a mode or effect of one's own."""
+    """The error for an unknown name, with the advice to register a mode or effect of your own."""
     end = "" if error.allowed.endswith("?") else "."
     allowed = (
-        f"{error.allowed}{end} {what} of one's own must be registered again, with {register}, in"
-        " every process before a scene or a trajectory that names it is opened"
+        f"{error.allowed}{end} Every process must register {what} of your own, with {register},"
+        " before it opens a scene or trajectory that names it"
     )
     return SceneError(error.key, error.value, allowed)

@@ -53,7 +53,7 @@ def _read_slip(label: str, given: Any) -> Slip | None:
     if label not in labels:
         error = unknown(key, given, SlipSpec.names())
         if is_label(label) and not nearest(label, SlipSpec.names(), SURE):
-            raise with_registration_hint(error, "A mode", "nrchain.register")
+            raise with_registration_hint(error, "a mode", "nrchain.register")
         raise error
     if given is None or isinstance(given, Slip):
         return given

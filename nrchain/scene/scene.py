@@ -108,11 +108,9 @@ class Scene(Section):
         """The scene in one line; :meth:`to_toml` has all of it."""
         chain = self.chain
         size = f"{chain.particles} spheres, d = {chain.spacing:g}, a = {chain.radius:g}"
+        title = f" {shorten(self.title)}" if self.title else ""
         acting = ", ".join((derived.modes_text(self.slip), *self.further))
-        return (
-            f"<Scene {shorten(self.title)}: {size}, {chain.ends} ends, {acting}, "
-            f"to t = {self.run.end:g}>"
-        )
+        return f"<Scene{title}: {size}, {chain.ends} ends, {acting}, to t = {self.run.end:g}>"
 
     def check(self) -> None:
         if self.effects == "auto":
@@ -183,7 +181,7 @@ class Scene(Section):
         error = unknown(name, value, known, [meant] if meant else [])
         if meant:
             return error
-        return with_registration_hint(error, "An effect", "nrchain.register_effect")
+        return with_registration_hint(error, "an effect", "nrchain.register_effect")
 
     def to_mapping(self) -> dict[str, Any]:
         """The raw table of the scene, with the sections of effects among the others."""
