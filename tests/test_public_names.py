@@ -135,6 +135,7 @@ def test_a_scene_and_a_rate_show_what_matters():
     assert repr(scene) == (
         "<Scene 'Mine': 20 spheres, d = 10, a = 1.5, clamped ends, 2s +100, field, to t = 20>"
     )
+    assert repr(nrchain.load_scene(scene, title="")).startswith("<Scene: 20 spheres, ")
     growth, frequency = nrchain.measure.Estimate(-0.5, 0.001), nrchain.measure.Estimate(2.0, 0.03)
     rate = nrchain.measure.Rate(growth, frequency, 0.314, 1.0, 0.02, 7.0)
     assert repr(rate) == (

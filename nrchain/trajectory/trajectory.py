@@ -97,7 +97,8 @@ class Trajectory:
     def __repr__(self) -> str:
         reached = f"to t = {self.time[-1]:.6g}" if len(self.time) else "none finished"
         place = f", {str(self.path)!r}" if self.path else ""
+        title = f" {self.scene.title!r}" if self.scene.title else ""
         return (
-            f"<Trajectory {self.scene.title!r}: {self.scene.chain.particles} spheres, "
+            f"<Trajectory{title}: {self.scene.chain.particles} spheres, "
             f"{len(self.time)} snapshots {reached}, {self.status}{place}>"
         )

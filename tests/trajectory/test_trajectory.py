@@ -454,6 +454,8 @@ def test_a_trajectory_in_memory_has_no_checkpoint():
     trajectory = Trajectory(TIMES, np.zeros((5, 4, 3)), frames, make_scene())
     assert trajectory.latest_checkpoint() is None
     assert repr(trajectory) == "<Trajectory 'a test': 4 spheres, 5 snapshots to t = 8, completed>"
+    untitled = Trajectory(TIMES, np.zeros((5, 4, 3)), frames, make_scene(title=""))
+    assert repr(untitled) == "<Trajectory: 4 spheres, 5 snapshots to t = 8, completed>"
 
 
 def uniform(time, particles):
