@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import warnings
 from typing import Any
@@ -21,6 +22,8 @@ def main() -> None:
     warnings.showwarning = _show_warning
     # pictures go to files; a notebook may name a backend here that is not installed
     os.environ.pop("MPLBACKEND", None)
+    # where no folder can be written, matplotlib warns of its own caches; its errors remain
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     from nrchain.cli.app import main as command_line
 
     try:

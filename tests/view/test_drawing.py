@@ -166,6 +166,18 @@ def test_the_program_draws_whatever_backend_a_notebook_names(backend, trajectory
     assert picture.stat().st_size > 5_000
 
 
+def test_the_program_keeps_quiet_about_caches_of_matplotlib(trajectory, tmp_path, monkeypatch):
+    """Where no folder of a user can be written, a picture is drawn without a word."""
+    monkeypatch.delenv("MPLCONFIGDIR", raising=False)
+    for variable in ("HOME", "XDG_CACHE_HOME", "XDG_CONFIG_HOME"):
+        monkeypatch.setenv(variable, "/dev/null")
+    command = ["-m", "nrchain", "plot", str(trajectory.path), "-o", "chain.png"]
+    ran = program(*command, backend="agg", folder=tmp_path)
+    assert ran.returncode == 0, ran.stderr
+    assert "atplotlib" not in ran.stderr
+    assert (tmp_path / "chain.png").exists()
+
+
 LIBRARY = """
 import sys
 import nrchain
