@@ -106,7 +106,8 @@ class Probe:
                     work=self.work(m),
                 )
         return self.full_model(
-            f"every cheaper set is {self.tolerance:g} or more off by t = {probed:.3g}"
+            f"every cheaper set is {self.tolerance:g} radii or radians off, or more,"
+            f" by t = {probed:.3g}"
         )
 
     def full_model(self, reason: str) -> tuple[Scene, Choice]:
