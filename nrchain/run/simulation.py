@@ -49,10 +49,10 @@ def simulate(
     progress
         Called with a :class:`Progress` at every snapshot.
     positions, frames
-        (N, 3) and (N, 3, 3): poses to start from in place of the scene's. Positions of a periodic
-        chain may be wrapped: each link takes the image that is nearest to its rest length along x
-        (:func:`nrchain.scene.unwrapping.unwrapped`), and the trajectory holds the unwrapped chain.
-        Of frames rounded to 32 bits the nearest rotations are taken.
+        (N, 3) and (N, 3, 3): poses to start from in place of the scene's. If one of the two is left
+        out, that of the scene's own start is used. Positions of a periodic chain may be wrapped:
+        each link takes the image nearest to its rest length along x, and the trajectory holds the
+        unwrapped chain. Frames rounded to 32 bits are replaced by the nearest rotations.
     choice
         What the effects of the scene leave out, as :func:`nrchain.auto.choose` found it: kept
         beside the scene, and watched. A scene with ``effects = "auto"`` makes its own.
@@ -61,14 +61,15 @@ def simulate(
     -------
     Trajectory
         With ``status`` "completed", or "stopped" with a ``cause`` and a ``reason`` when the run
-        cannot go on or has spent its budget; what was reached is kept, with the poses at which it
-        stopped for a last snapshot.
+        cannot go on or has spent its budget. A stopped run keeps what it reached; its last snapshot
+        holds the poses at the stop.
 
     Warns
     -----
     SceneWarning
         For a start that is straight, or hardly above ``run.atol``, on a chain whose waves grow, and
-        for spheres held or pushed against a background flow with one-body friction.
+        for spheres held or pushed against a background flow with one-body friction. Whether the
+        chain holds is not judged here: see :func:`nrchain.describe`.
 
     Raises
     ------
@@ -76,9 +77,9 @@ def simulate(
         Before any time is spent, for a start that cannot be simulated, such as wrapped positions
         of which the image is not clear.
     TrajectoryError
-        When ``output`` exists and ``overwrite`` is not set, or cannot be made. Of a file that is
-        removed or replaced meanwhile what was reached is returned, with no ``path``; one that is
-        cut short meanwhile is lost.
+        When ``output`` exists and ``overwrite`` is not set, or cannot be made. If the file is
+        removed or replaced during the run, what was reached is returned without a ``path``. A file
+        that is cut short during the run is lost.
     KeyboardInterrupt
         On Ctrl-C and SIGTERM, once the step under way is done and the file is closed in order.
     """
