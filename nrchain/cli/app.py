@@ -38,7 +38,8 @@ class _OneLineGroup(TyperGroup):
         except _UsageError as error:
             command = error.ctx.command_path if error.ctx else "nrchain"
             message = " ".join(error.format_message().split()).rstrip(".")
-            report(f"{message}; see {command} --help")
+            end = "" if message.endswith("?") else ";"
+            report(f"{message}{end} see {command} --help")
             code = REFUSED
         except SystemExit as end:
             # Typer exits with 1 if the reader goes away while it prints a help text

@@ -69,8 +69,8 @@ class ElasticitySpec(Section):
         given = [name for name in ("stretch", "shear") if getattr(self, name) is not None]
         if self.ratio is not None and given:
             allowed = (
-                f"the stiffness is given in two ways, as elasticity.ratio = {self.ratio!r} too;"
-                " keep one of them"
+                "gives the stiffness in two ways, together with elasticity.ratio ="
+                f" {self.ratio:g}; remove one of the two"
             )
             raise SceneError(self.key(given[0]), getattr(self, given[0]), allowed)
         if len(given) == 1:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from nrchain.errors import SceneError
+from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.inputs.arrays import refuse_rows
 from nrchain.inputs.rules import Section
 from nrchain.scene.chain_sections import POSES, ChainSpec, StartSpec
@@ -40,7 +40,7 @@ def check_auto_effects(tolerance: float | None, sections: Iterable[Section]) -> 
             "must be given with effects = 'auto': the largest distance from the full model, in"
             " radii"
         )
-        raise SceneError("tolerance", None, allowed)
+        raise SceneError("tolerance", NOT_GIVEN, allowed)
     for section in sections:
         default = type(section)()
         for name in section.set_by_auto:

@@ -58,6 +58,7 @@ def test_impossible_paths_are_refused(name, tmp_path, monkeypatch):
     ("arguments", "parts"),
     [
         (["frob"], ["frob", "nrchain --help"]),
+        (["runn"], ["Did you mean 'run'? see nrchain --help"]),
         (["run"], ["SCENE", "nrchain run --help"]),
         (["run", "passive", "--foo"], ["--foo", "nrchain run --help"]),
         (["plot", ".", "--view", "top"], ["top", "planes"]),

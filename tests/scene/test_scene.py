@@ -239,6 +239,7 @@ def test_refused_with_key_value_and_what_is_allowed(changes, key, allowed):
         ({"run": None}, "run.end is not given: must be a finite number, above 0"),
         ({"slip.2s": {"axis": [1, 0, 0]}}, "slip.2s.strength is not given: must be a finite"),
         ({"elasticity.shear": 1.0}, "elasticity.stretch is not given: must be given along with"),
+        ({"effects": "auto"}, "tolerance is not given: must be given with effects = 'auto'"),
         ({"steric.kind": "wca"}, "steric.strength is not given: must be given along with"),
     ],
 )
