@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 import nrchain.effects
 from nrchain.effects.base import Effect, OneBodyEffect
-from nrchain.errors import SceneError
+from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.inputs.names import did_you_mean
 from nrchain.inputs.rules import Section
 from nrchain.scene.scene import Scene
@@ -45,8 +45,10 @@ def register_effect(cls: Registered) -> Registered:
     if not (isinstance(cls, type) and issubclass(cls, Effect)):
         raise SceneError("effect", cls, "must be a class derived from nrchain.Effect")
     for attribute in ("name", "summary", "equation"):
-        if not isinstance(getattr(cls, attribute, None), str):
-            raise SceneError(f"effect {cls.__name__}.{attribute}", None, "must be one line of text")
+        value = getattr(cls, attribute, NOT_GIVEN)
+        if not isinstance(value, str):
+            key = f"effect {cls.__name__}.{attribute}"
+            raise SceneError(key, value, "must be one line of text")
     if cls.Section is not None:
         _check_section(cls)
         if "key" not in vars(cls):
@@ -120,7 +122,8 @@ def _check_section(cls: type[Effect]) -> None:
 
 def _check_methods(cls: type[Effect]) -> None:
     if cls.Section is None:
-        raise SceneError(f"effect {cls.name}.Section", None, "must be the section of the effect")
+        key = f"effect {cls.name}.Section"
+        raise SceneError(key, NOT_GIVEN, "must be the section of the effect")
     needed = [_METHODS.get(cls.gives, ""), *_DERIVATIVE]
     if not needed[0]:
         allowed = f"must be one of {', '.join(_METHODS)}"
@@ -129,7 +132,8 @@ def _check_methods(cls: type[Effect]) -> None:
         needed.append("derivative")
     for name in needed:
         if getattr(cls, name) in (getattr(Effect, name, None), OneBodyEffect.derivative):
-            raise SceneError(f"effect {cls.name}.{name}", None, "must be defined by the class")
+            key = f"effect {cls.name}.{name}"
+            raise SceneError(key, NOT_GIVEN, "must be defined by the class")
 
 
 @cache

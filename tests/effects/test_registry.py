@@ -239,11 +239,15 @@ class Demanding(Section):
     ("effect", "message"),
     [
         (5, "derived from nrchain.Effect"),
-        (Nameless, "name"),
-        (Unmoved, "add_wrenches"),
+        (Nameless, r"Nameless\.name is not given: must be one line of text"),
+        (Unmoved, r"unmoved\.add_wrenches is not given: must be defined by the class"),
         (type("A", (Spring,), {"Section": RunAgain}), "key or attribute of every scene"),
         (type("B", (Spring,), {"Section": Demanding}), "default for each key"),
-        (type("C", (Spring,), {"Section": None}), "must be the section of the effect"),
+        (
+            type("C", (Spring,), {"Section": None}),
+            r"Section is not given: must be the section",
+        ),
+        (type("I", (Spring,), {"summary": 5}), r"I\.summary = 5: must be one line of text"),
         (type("D", (Spring,), {"name": "bend"}), "taken by another effect"),
         (type("E", (Spring,), {"gives": "mobility"}), "wrench, twist"),
         (type("F", (Spring,), {"name": "total"}), "reserved row of decompositions"),

@@ -10,7 +10,7 @@ import numpy as np
 from nrchain.effects.base import Effect
 from nrchain.effects.registry import acting, effects
 from nrchain.effects.shared.check_poses import WatchedEffect, bent_poses, given_poses, moved_poses
-from nrchain.errors import SceneError
+from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.scene.loading import load_scene
 from nrchain.scene.scene import Scene
 from nrchain.types import Poses
@@ -71,7 +71,7 @@ def check_effect(
     what = _scene(effect, scene)
     if (positions is None) != (frames is None):
         missing = "positions" if positions is None else "frames"
-        raise SceneError(missing, None, "must be given together with positions and frames")
+        raise SceneError(missing, NOT_GIVEN, "positions and frames must be given together")
     poses = bent_poses(what) if positions is None else given_poses(what, positions, frames)
     check = _Check(effect, what, poses)
     return check.derivative() | check.energy() | check.motions() | check.balance()
