@@ -293,7 +293,7 @@ def test_it_passes_the_check_that_users_have(configuration):
 
 def test_poses_to_check_at_are_whole(spring):
     positions, frames = random_chain(6)
-    with pytest.raises(SceneError, match="frames = None"):
+    with pytest.raises(SceneError, match="frames is not given: positions and frames must be given"):
         nrchain.check_effect(spring, positions=positions)
     with pytest.raises(SceneError, match="positions"):
         nrchain.check_effect(spring, positions=positions[:2], frames=frames[:2])
