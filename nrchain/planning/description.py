@@ -18,7 +18,7 @@ from nrchain.scene.chain_sections import ElasticitySpec, StartSpec
 from nrchain.scene.fluid_sections import FrictionSpec, SlipSpec
 from nrchain.scene.loading import require_scene
 from nrchain.scene.scene import Scene
-from nrchain.wording import span
+from nrchain.wording import brief, span
 
 Row = tuple[str, str]
 
@@ -34,6 +34,8 @@ class Description:
     left_out: list[Row]
     warnings: list[str]
     without_effect: list[Row] = field(default_factory=list)
+
+    __repr__ = brief
 
 
 def describe(scene: Scene) -> Description:

@@ -18,6 +18,12 @@ def test_all_that_shipped_scenes_set_has_an_effect(name):
     assert not nrchain.describe(nrchain.load_scene(name)).without_effect
 
 
+def test_a_description_is_shown_in_one_line():
+    shown = repr(nrchain.describe(nrchain.load_scene("buckling")))
+    assert shown.startswith("Description(simulated=list of ")
+    assert len(shown) < 160
+
+
 def test_what_acts_and_what_does_not():
     described = nrchain.describe(small(**{"slip.3a": 0.0}))
     assert ("slip 2s", "strength 100, 1 neighbour a side") in described.simulated
