@@ -1,5 +1,6 @@
 """README, docs and CONTRIBUTING: examples run, commands and files exist, keys are the code's."""
 
+import configparser
 import re
 import shlex
 import tomllib
@@ -183,6 +184,22 @@ def test_every_cause_of_a_stop_is_listed_with_a_remedy():
 
 def test_the_layout_of_files_is_named():
     assert f"The attribute `layout` of `/nrchain` is {LAYOUT}." in text_of(PAGES["files.md"])
+
+
+def test_both_installation_lines_build_pystokes_fast_and_performance_names_the_flags():
+    """The build leaves out debug information and compiles modules side by side."""
+    study = text_of(ROOT / "validation" / "performance" / "run.py")
+    shell = "".join(blocks(PAGES["README.md"], "sh"))
+    lines = [line for line in shell.splitlines() if "pip install" in line]
+    assert len(lines) == 2
+    for line in lines:
+        flags = re.search(r"CFLAGS='([^']*)'", line)[1].split()
+        assert "-g0" in flags
+        (level,) = [flag for flag in flags if flag.startswith("-O")]
+        assert f"PyStokes is compiled with {level}," in study
+        settings = configparser.ConfigParser()
+        settings.read(ROOT / re.search(r'DIST_EXTRA_CONFIG="\$PWD/(\S+)"', line)[1])
+        assert settings.getint("build_ext", "parallel") > 1
 
 
 def test_the_readme_is_short():
