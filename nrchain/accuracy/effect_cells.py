@@ -54,7 +54,7 @@ def _signed(value: float) -> str:
 
 
 def _size(value: float) -> str:
-    """Two digits, in the shorter of both notations; ? for what is not finite."""
+    """Two digits, in the shorter of the two notations; ? for what is not finite."""
     if not math.isfinite(value):
         return "?"
     digits, exponent = f"{value:.1e}".split("e")

@@ -61,7 +61,7 @@ class Measured:
 
     @property
     def error(self) -> float:
-        """The larger of both distances, in radii and radians."""
+        """The larger of the two distances, in radii and radians."""
         return max(self.position, self.frame)
 
     @property

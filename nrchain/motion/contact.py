@@ -28,20 +28,20 @@ class PoseLimits:
         which it has been overcome.
     period
         Length after which a periodic chain repeats along x; 0 for open chains.
-    turning_springs
+    rotational_springs
         Whether links resist twist or bend, and may not turn by a quarter turn.
     """
 
     radius: float
     contact: float
     period: float
-    turning_springs: bool
+    rotational_springs: bool
 
     @classmethod
     def of(cls, scene: Scene) -> Self:
         """Those of a scene."""
         period = scene.length if scene.chain.ends == "periodic" else 0.0
-        springs = has_turning_springs(scene)
+        springs = has_rotational_springs(scene)
         return cls(scene.chain.radius, contact_distance(scene), period, springs)
 
 
@@ -50,7 +50,7 @@ def contact_distance(scene: Scene) -> float:
     return 2.0 * scene.chain.radius * (OVERCOME if scene.steric.acts else 1.0)
 
 
-def has_turning_springs(scene: Scene) -> bool:
+def has_rotational_springs(scene: Scene) -> bool:
     """Whether links resist twist or bend."""
     return bool(scene.moduli.twist or scene.moduli.bend)
 

@@ -14,7 +14,7 @@ How it is chosen. Candidate sets combine a reach of the flows, 1, 2, 4, … neig
 with or without friction between spheres and finite size. Each has a counted cost
 (:mod:`nrchain.planning.counted_work`). Of sets that cost about the same the fuller one stays, and
 the cheapest of all stays too. A probe (:mod:`nrchain.planning.probe`) integrates them together with
-the full model on shared steps of loose tolerance, and drops a set as soon as it strays from the
+the full model on shared steps of loose tolerance, and drops a set as soon as it is off the
 full model by x/:data:`MARGIN`. Of those that reach the end the cheapest is taken. If no set saves a
 third of the work of the full model, the full model is taken. Whenever it is, the choice records
 what the cheapest set would have saved, and its error.

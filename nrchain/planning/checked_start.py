@@ -13,7 +13,7 @@ from nrchain.inputs.arguments import finite_array, rotations
 from nrchain.inputs.arrays import GivenArray
 from nrchain.motion.contact import (
     contact_distance,
-    has_turning_springs,
+    has_rotational_springs,
     most_turned_link,
 )
 from nrchain.scene.chain_sections import StartSpec
@@ -129,7 +129,7 @@ def _refuse_overlap(scene: Scene, positions: np.ndarray, given: str) -> None:
 
 def _refuse_turns(scene: Scene, frames: np.ndarray, given: str) -> None:
     angle, link = most_turned_link(frames, scene.chain.ends == "periodic")
-    if has_turning_springs(scene) and angle >= 0.5 * np.pi:
+    if has_rotational_springs(scene) and angle >= 0.5 * np.pi:
         why = (
             f"turned by {angle:.4g} rad, and must be turned by less than π/2: beyond that the"
             " springs of twist and bend pull it towards a half turn"

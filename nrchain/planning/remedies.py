@@ -57,10 +57,10 @@ def holds(scene: Scene, changes: dict[str, Any]) -> bool:
 
 def _candidates(scene: Scene) -> Iterator[tuple[str, ...]]:
     """Keys to raise together, fewest first."""
-    own, turning = ("stretch", "shear"), ("twist", "bend")
+    own, angular = ("stretch", "shear"), ("twist", "bend")
     tried: list[tuple[str, ...]] = [("ratio",), ("bend",), ("ratio", "bend")]
     if scene.elasticity.stretch is not None:
-        tried = [*((name,) for name in (*own, *turning)), own, turning, (*own, *turning)]
+        tried = [*((name,) for name in (*own, *angular)), own, angular, (*own, *angular)]
         if scene.chain.particles > LONG:
             tried = [own]
     elif scene.chain.particles > LONG:

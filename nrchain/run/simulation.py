@@ -67,7 +67,7 @@ def simulate(
     Warns
     -----
     SceneWarning
-        For a start that is straight, or hardly above ``run.atol``, on a chain whose waves grow, and
+        For a start that is straight, or barely above ``run.atol``, on a chain whose waves grow, and
         for spheres held or pushed against a background flow with one-body friction. Whether the
         chain holds is not judged here: see :func:`nrchain.describe`.
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nrchain.errors import SceneError
-from nrchain.motion.contact import contact_distance, has_turning_springs
+from nrchain.motion.contact import contact_distance, has_rotational_springs
 from nrchain.motion.model import Model
 from nrchain.outcome import Cause
 from nrchain.scene.scene import Scene
@@ -183,7 +183,7 @@ class _Line:
         if lengths[shortest] <= contact_distance(self._scene):
             return Cause.TOUCH, shortest
         most = int(np.argmax(np.abs(turns)))
-        if has_turning_springs(self._scene) and abs(turns[most]) >= 0.5 * math.pi:
+        if has_rotational_springs(self._scene) and abs(turns[most]) >= 0.5 * math.pi:
             return Cause.TURN, most
         return None, 0
 

@@ -19,13 +19,13 @@ from nrchain.outcome import Cause, Stop
 from nrchain.types import Poses, PosesAt
 
 EXCURSION = 2.0
-"""How far a sphere may stray within a step, over how far the step moves it."""
+"""Largest deviation of a path within a step, over the displacement of the step."""
 
 DIVISIONS = 16
 """How often a step is divided in the search for a contact."""
 
 STRAIGHT = 1e-3
-"""Paths that stray by less than this, in radii, cross contact once."""
+"""Paths that deviate from a line by less than this, in radii, cross contact once."""
 
 
 class Guard:
@@ -33,7 +33,7 @@ class Guard:
 
     def __init__(self, limits: PoseLimits, positions: np.ndarray) -> None:
         self._radius, self._contact = limits.radius, limits.contact
-        self._period, self._turning = limits.period, limits.turning_springs
+        self._period, self._rotational = limits.period, limits.rotational_springs
         self._search(positions)
 
     def watch(
@@ -47,7 +47,7 @@ class Guard:
         if not (np.isfinite(after).all() and np.isfinite(frames).all()):
             return Stop(Cause.NOT_FINITE, begin, "the poses are not finite")
         stop = self._touching(begin, before, end, after, poses_at)
-        if self._turning and least_alignment(frames, self._period > 0.0) < 0.0:
+        if self._rotational and least_alignment(frames, self._period > 0.0) < 0.0:
             turned = self._turned(begin, end, poses_at)
             if stop is None or turned.time < stop.time:
                 return turned
@@ -106,8 +106,8 @@ class Guard:
     ) -> float | None:
         """The earliest time in the interval at which a separation is as short as contact.
 
-        The interval is divided where the straight lines between its ends come closest; how far
-        the separations are off those lines there tells how far they stray from them anywhere.
+        The interval is divided where the straight lines between its ends come closest. The
+        deviation of the separations from those lines there bounds their deviation elsewhere.
         """
         distances, parts = _chord_distances(first, last)
         part = float(np.clip(parts[np.argmin(distances)], 0.1, 0.9))

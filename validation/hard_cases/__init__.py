@@ -1,1 +1,1 @@
-"""Hard cases: how each ends, and what completes keeps its invariants."""
+"""Hard cases: how each run ends, and which invariants completed runs keep."""

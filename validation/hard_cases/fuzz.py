@@ -159,7 +159,7 @@ def _check(ended: Trajectory) -> None:
 
 
 def fuzz(count: int, seed: int = 0) -> tuple[dict[str, Counter[str]], list[str]]:
-    """How so many fuzzed texts and tables fared, and the errors that nobody documented."""
+    """Counts of how fuzzed texts and tables end, and the undocumented errors."""
     fates: dict[str, Counter[str]] = {"texts": Counter(), "tables": Counter()}
     undocumented = []
     for number in range(count):

@@ -21,7 +21,7 @@ from validation.hard_cases.permissions import permissions_bind
 DISK = 256 * 1024
 """Bytes of the small disk."""
 
-NOT_TRIED = "not tried: permissions bind nobody here"
+NOT_TRIED = "not tried: permissions do not apply to this user"
 """Answer if root cannot give up the capabilities that bypass permissions."""
 
 GOES_ON = ("a disk that fills up during the run",)

@@ -1,8 +1,8 @@
-"""Do PyStokes, its adapter, the native kernels and the paper mean the same flow by a mode of slip?
+"""Do PyStokes, its adapter, the native kernels and the paper give each mode of slip the same flow?
 
 One sphere with slip at the origin, others around it at all angles to its axis and from near contact
 to 200 radii. The answer's source is the printed force law of each mode (Eqs. (2s_force) to
-(4a_force)); the torque must be half the curl of the flow, which no prefactor can fake; and the
+(4a_force)); the torque must be half the curl of the flow, whatever the prefactor; and the
 flow of the printed slip follows from Lamb's solution.
 """
 

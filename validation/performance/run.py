@@ -1,4 +1,4 @@
-"""How fast is nrchain, against today's practice and against itself, and how does it scale with N?
+"""How fast is nrchain, against common practice, and how does it scale with N?
 
 Everything is measured in one run on one machine. Rivals take turns, numbers are medians, and runs
 are compared at equal measured error, each side at the loosest tolerance that meets it. Sums over

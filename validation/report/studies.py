@@ -42,16 +42,16 @@ STUDIES: dict[str, Study] = {
         "Long range: all pairs, how many neighbours, and friction between the spheres",
     ),
     "performance": Study(
-        "validation.performance.run", "Performance: against today's practice, and against N"
+        "validation.performance.run", "Performance: against common practice, and scaling with N"
     ),
     "cost": Study("validation.cost.run", "What accuracy costs in time: four work–precision maps"),
     "effects": Study(
         "validation.effects.run",
-        "Effects: what a plan says of each, and what a tolerance leaves out",
+        "Effects: what a plan predicts of each, and what a tolerance leaves out",
     ),
     "hard_cases": Study(
         "validation.hard_cases.run",
-        "Hard cases: how each ends, and what completes holds its laws",
+        "Hard cases: how each run ends, and which laws completed runs obey",
     ),
 }
 

@@ -203,7 +203,7 @@ class WorkPrecision:
             yield (
                 f"measured up to t = {self.reached:.4g}, {self.part:.2g} of the run, and "
                 "extrapolated: the error in proportion to time, the work at the same pace; a chain "
-                "that buckles, coils or accelerates later has more of both"
+                "that buckles, coils or accelerates later has a larger error and takes more work"
             )
 
 

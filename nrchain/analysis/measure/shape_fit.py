@@ -58,8 +58,6 @@ def fit_shape(
     Raises :class:`~nrchain.analysis.measured_chain.MeasurementError` for a misfit above
     ``most_misfit``, and as :func:`rate`.
     """
-    from scipy.optimize import curve_fit
-
     chain = require_trajectory(trajectory).scene.chain
     real_number("most_misfit", most_misfit, most=math.inf)
     first_guess = wave(trajectory, wavenumber, kind, rigid=kind == "x")
@@ -69,9 +67,36 @@ def fit_shape(
     if kind == "x":
         field = field - field.mean(axis=1, keepdims=True)
     used = trajectory.time >= guess.start
-    t, data = trajectory.time[used] - guess.start, _as_real_row(field[used])
+    amplitude, growth, frequency, misfit = _fit_wave(
+        field[used],
+        np.exp(1j * guess.wavenumber * s),
+        trajectory.time[used] - guess.start,
+        (first_guess.amplitude[used][0], guess.value),
+    )
+    if misfit > most_misfit:
+        raise MeasurementError(
+            f"the misfit of the best wave of wavenumber {guess.wavenumber:.6g} is {misfit:.2g} of "
+            f"the shape; above {most_misfit:g} the fit says nothing about it: fit another kind of "
+            "wave or other times, or raise most_misfit"
+        )
+    fitted = Rate(
+        growth, frequency, guess.wavenumber, guess.start, misfit, float(trajectory.time[-1])
+    )
+    return ShapeFit(fitted, amplitude, misfit)
+
+
+def _fit_wave(
+    field: NDArray[Any], carrier: NDArray[Any], t: Array, guess: tuple[complex, complex]
+) -> tuple[complex, Estimate, Estimate, float]:
+    """A, Re Λ, Im Λ and the misfit of A e^{Λt} carrier, the best fit to ``field`` (T, N).
+
+    ``carrier`` (N,) is exp(iqs), ``t`` (T,) begins at 0, and ``guess`` is (A, Λ). The misfit is
+    relative to the field.
+    """
+    from scipy.optimize import curve_fit
+
+    data = _as_real_row(field)
     span, size = t[-1], math.sqrt(np.mean(data**2))
-    carrier = np.exp(1j * guess.wavenumber * s)
 
     def shape_of(p: Sequence[float], factor: complex | NDArray[Any]) -> Array:
         history = factor * np.exp((p[2] + 1j * p[3]) * t / span)
@@ -86,22 +111,13 @@ def fit_shape(
         factors = (1.0, 1j, size_and_phase, 1j * size_and_phase)
         return np.stack([shape_of(p, factor + 0.0 * t) for factor in factors], axis=1)
 
-    begin = first_guess.amplitude[used][0] / size
-    p0 = [begin.real, begin.imag, guess.growth.value * span, guess.frequency.value * span]
+    amplitude, rate_guess = guess[0] / size, guess[1]
+    p0 = [amplitude.real, amplitude.imag, rate_guess.real * span, rate_guess.imag * span]
     found, covariance = curve_fit(model, None, data / size, p0=p0, jac=derivative)
     errors = np.sqrt(np.diag(covariance)) / span
     misfit = math.sqrt(np.mean((data / size - model(None, *found)) ** 2))
-    if misfit > most_misfit:
-        raise MeasurementError(
-            f"the misfit of the best wave of wavenumber {guess.wavenumber:.6g} is {misfit:.2g} of "
-            f"the shape; above {most_misfit:g} the fit says nothing about it: fit another kind of "
-            "wave or other times, or raise most_misfit"
-        )
     growth, frequency = (Estimate(float(found[k] / span), float(errors[k])) for k in (2, 3))
-    fitted = Rate(
-        growth, frequency, guess.wavenumber, guess.start, misfit, float(trajectory.time[-1])
-    )
-    return ShapeFit(fitted, complex(found[0], found[1]) * size, misfit)
+    return complex(found[0], found[1]) * size, growth, frequency, misfit
 
 
 def _as_real_row(values: NDArray[Any]) -> Array:
