@@ -1,4 +1,4 @@
-"""Floating-point trouble in NumPy raises in every test, and Ctrl-C is heard."""
+"""Floating-point errors in NumPy raise in every test, and Ctrl-C ends the tests."""
 
 import signal
 

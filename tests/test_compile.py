@@ -1,4 +1,4 @@
-"""Kernels kept on disk are those of the sources that lie beside them."""
+"""Kernels on disk match the sources beside them."""
 
 import os
 import shutil

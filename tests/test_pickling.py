@@ -1,4 +1,4 @@
-"""Everything public goes through pickle, copies and process pools and comes out as it went in."""
+"""Everything public survives pickle, copies and process pools unchanged."""
 
 from __future__ import annotations
 
@@ -195,7 +195,7 @@ def test_public_functions_are_pickled_by_name():
 
 
 def exceptions() -> list[type[BaseException]]:
-    """Every exception of the package, public or not: all may come out of a worker."""
+    """Every exception of the package, public or not: all may be raised in a worker."""
     found: set[type[BaseException]] = set()
     for module in pkgutil.walk_packages(nrchain.__path__, "nrchain."):
         if not module.name.endswith("__main__"):

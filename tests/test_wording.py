@@ -1,4 +1,4 @@
-"""A range is shown with two ends where they differ as shown, and as one number elsewhere."""
+"""A range whose printed ends differ shows both, any other one number."""
 
 import re
 

@@ -189,7 +189,7 @@ def test_too_small_a_part_is_not_extrapolated(part):
 
 @pytest.fixture(scope="module")
 def measured_scene():
-    """With a budget that leaves nothing out, however slow the machine is."""
+    """With a budget that leaves no setting out, on any machine."""
     stages = []
     return work_precision(SMALL, budget=1e4, progress=stages.append), stages
 
@@ -224,7 +224,7 @@ def test_the_budget_shortens_the_runs():
 
 
 def test_what_is_run_does_not_depend_on_the_clock(monkeypatch):
-    """Both cores busy, each look at the clock an hour late: parts, errors and counts are alike."""
+    """Parts, errors and counts are the same if both cores are busy and the clock jumps by hours."""
     quick = work_precision(SMALL, budget=1.0)
     hours = itertools.count(step=3600.0)
     for name in ("perf_counter", "process_time", "monotonic", "time", "thread_time"):

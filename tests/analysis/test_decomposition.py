@@ -1,4 +1,4 @@
-"""Every effect by itself: the sum is the motion, and each part is what its name says."""
+"""The parts of all effects add up to the motion, and each equals its own law."""
 
 import numpy as np
 import pytest
@@ -76,7 +76,7 @@ def test_contributions_sum_to_the_motion(name):
 
 
 def test_a_part_is_what_is_lost_with_its_effect():
-    """One-body friction: every effect adds by itself, so that without it the rest is the motion."""
+    """With one-body friction effects add: the motion without one is the total less its part."""
     scene = make(**SCENES["everything, free"], **{"friction.kind": "one-body"})
     poses = random_chain(6, spacing=4.0)
     found = nrchain.contributions(scene, *poses)

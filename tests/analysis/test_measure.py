@@ -1,4 +1,4 @@
-"""Waves, motions and shapes that are known, written into trajectories and read back."""
+"""Known waves, motions and shapes, written into trajectories and measured."""
 
 import math
 
@@ -142,7 +142,7 @@ def test_standard_errors_are_as_large_as_the_errors(correlation):
 
 @pytest.mark.parametrize("snapshots", [4, 5, 6, 9])
 def test_the_error_of_a_slope_has_two_degrees_of_freedom_less(snapshots):
-    """Against SciPy's regression, with residuals that are not alike from one to the next."""
+    """Against SciPy's regression, with independent residuals."""
     time = np.linspace(0.0, 3.0, snapshots)
     positions = straight(3, snapshots)
     positions[..., 1] += (0.7 * time + 0.1 * (-1.0) ** np.arange(snapshots))[:, None]
@@ -325,7 +325,7 @@ def test_a_simulated_wave_has_the_rate_of_the_lattice(slip, shape, kind, branch)
 
 
 def decaying(amplitude, end, **run):
-    """A ring of pullers whose longest helix decays into what the tolerances leave uncertain."""
+    """A ring of pullers whose longest helix decays below the tolerances."""
     start = {"shape": "helix-left", "amplitude": amplitude}
     changes = {f"run.{key}": value for key, value in run.items()}
     scene = {"chain.ends": "periodic", "start": start, "run.end": end, **changes}

@@ -1,4 +1,4 @@
-"""A command that fails by its user's hand prints one line and exits with a code."""
+"""A command with wrong input prints one line and exits with a code."""
 
 import signal
 import subprocess

@@ -15,7 +15,7 @@ from nrchain.trajectory.trajectory import Trajectory
 
 
 def test_run_simulates_writes_and_draws(tmp_path):
-    """The real thing, on a small scene."""
+    """A real run of a small scene, without the stub."""
     result = call(
         *("run", "buckling", "-o", tmp_path / "new" / "place"),
         *("--set", "chain.particles=4", "--set", "run.end=1.0", "--set", "run.snapshots=3"),
@@ -95,7 +95,7 @@ def test_a_run_completes_without_its_picture(tmp_path, stub):
 
 
 def test_output_may_name_a_file(tmp_path, stub):
-    """As nrchain.simulate does; its picture is named after it, so that runs may lie together."""
+    """As with nrchain.simulate. Its picture is named after it: a folder may hold many runs."""
     for name in ("one.h5", "two.HDF5"):
         done = call("run", "passive", "-o", tmp_path / name)
         assert done.exit_code == 0, done.stderr

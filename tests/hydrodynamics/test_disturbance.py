@@ -27,7 +27,7 @@ def felt(part, point, *, radius=RADIUS, gradient=GRADIENT):
 
 
 def stresslet(x):
-    """u = −(5a³/2) x (x·E·x)/r⁵, written once more."""
+    """u = −(5a³/2) x (x·E·x)/r⁵, written out independently."""
     return -2.5 * RADIUS**3 * x * (x @ STRAIN @ x) / np.linalg.norm(x) ** 5
 
 
@@ -157,7 +157,7 @@ def test_blocks_and_products_are_the_derivative(part, reach, period):
 
 @pytest.mark.parametrize("part", PARTS)
 def test_all_pairs_of_a_periodic_chain_are_the_sum_over_its_images(part):
-    """Images one by one, P on either side, carried on to P → ∞."""
+    """Images one by one, P on either side, extrapolated to P → ∞."""
     count, period, gradient = 4, 10.0, GRADIENT * [0.0, 1.0, 1.0]
     positions = random_chain(count, spacing=2.5, noise=0.4)[0]
 

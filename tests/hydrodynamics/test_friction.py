@@ -36,7 +36,7 @@ def pair_at(distance, direction=(1.0, 0.0, 0.0)):
 
 
 def scattered(rng, count, radius, spread):
-    """Positions anywhere in a cube: for a small spread most spheres overlap."""
+    """Random positions in a cube: for a small spread most spheres overlap."""
     return radius * spread * rng.uniform(-1.0, 1.0, (count, 3))
 
 

@@ -114,7 +114,7 @@ def test_modes_that_are_no_such_flow_are_refused(changes, message):
 
 
 def test_a_flow_as_of_a_force_has_no_sum_over_images():
-    """(e + n c) a/r: images on both sides push the same way, Σ 1/m without end."""
+    """(e + n c) a/r: images on both sides push the same way, and Σ 1/m diverges."""
     stokeslet = {("e", 1): (1,), ("n", 1): (0, 1)}
     slip_modes.register(SlipMode("1s", "stokeslet", 1, True, False, stokeslet))
     try:

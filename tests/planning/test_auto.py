@@ -116,7 +116,7 @@ def test_a_choice_is_read_from_the_text_it_writes():
 
 
 def cut_short(scene):
-    """Choices by probes that end before the run does, at one tolerance and another."""
+    """Choices by probes that end before the run does, at two tolerances."""
     for tolerance in (2e-2, 1e-2, 5e-3, 2e-3, 1e-3):
         for budget in 0.02 / 2.0 ** np.arange(6):
             choice = choose(nrchain.load_scene(scene, tolerance=tolerance), budget=budget)[1]
@@ -213,7 +213,7 @@ def test_the_cost_of_a_disturbed_flow_grows_with_its_reach_and_its_finite_size()
     ("time", "velocity"), [(0.0, 8.0), (1.0, 6.0), (3.0, 7.0), (4.0, 3.0), (7.0, 7.0)]
 )
 def test_what_is_allowed_is_what_the_probe_found_about_that_time(time, velocity):
-    """Beyond its end, the most of its second half; at least what makes up the tolerance."""
+    """After the probe: the maximum of its second half, and at least tolerance over run time."""
     end, velocities = 8.0, (8.0, 6.0, 1.0, 7.0, 3.0)
     choice = Choice(0.1, ("friction",), 0.05, 4.0, tuple(np.arange(5.0)), velocities, "")
     assert WINDOW * end < 1.0
@@ -236,7 +236,7 @@ TIGHT = {"run.rtol": 1e-9, "run.atol": 1e-9}
 
 
 def difference(scene, other, end, snapshots=2):
-    """max |r − r′|/a, or max angle between frames, of two runs of their own."""
+    """max |r − r′|/a, or max angle between frames, of two separate runs."""
     keys = TIGHT | {"run.end": end, "run.snapshots": snapshots}
     runs = [nrchain.simulate(nrchain.load_scene(one, **keys)) for one in (scene, other)]
     far = np.linalg.norm(runs[0].positions - runs[1].positions, axis=-1)
@@ -247,7 +247,7 @@ def difference(scene, other, end, snapshots=2):
 
 @pytest.fixture(scope="module")
 def small():
-    """A passive clamped chain in units of its own, and how far it is from its full model."""
+    """A passive clamped chain in other units, and its distance from the full model."""
     scene = nrchain.load_scene("passive", **QUIET, **OWN_UNITS)
     chosen, _ = choose(scene)
     assert chosen.friction.kind == "one-body"
@@ -320,7 +320,7 @@ def rotne_prager(scene, positions, forces, torques):
 
 
 def test_neglected_velocities_are_those_of_rotne_and_prager_in_radii():
-    """At the start, of a choice and of an estimate, with a, η and d of their own."""
+    """At the start, of a choice and of an estimate, with a, η and d other than 1 and 10."""
     keys = {"chain.ends": "free", "chain.particles": 20, "tolerance": 3.0, "run.end": 1.0}
     scene = nrchain.load_scene("passive", **(QUIET | keys | OWN_UNITS))
     positions, frames = starting_poses(scene)

@@ -1,4 +1,4 @@
-"""A description names what acts, what is left out, and what was set and does nothing."""
+"""A description names the effects that act, those left out, and keys without effect."""
 
 import numpy as np
 import pytest

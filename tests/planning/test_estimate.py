@@ -134,7 +134,7 @@ def test_a_table_of_effects_has_a_cell_for_every_column():
 
 
 def test_a_plan_does_not_depend_on_the_clock(monkeypatch):
-    """A machine on which every look at the clock takes an hour foretells the same."""
+    """A clock that advances by an hour at every reading gives the same plan."""
     scene = nrchain.load_scene("passive", **{"run.end": 1.0, "chain.particles": 6})
     quick = plan_effects(scene)
     hours = itertools.count(step=3600.0)
@@ -150,7 +150,7 @@ def test_a_plan_does_not_depend_on_the_clock(monkeypatch):
 
 
 def test_a_change_that_the_scene_does_not_allow_has_a_row_with_the_reason():
-    """Forces on all spheres of a periodic chain drag endless fluid along."""
+    """A net force on a periodic chain has no sum of its flows."""
     pulled = {"chain.ends": "periodic", "field.force": [0.0, 0.0, -1.0]}
     effects = plan_effects(nrchain.load_scene("passive", **SHORT, **pulled))
     refused = [row for row in effects.rows() if "not possible" in row]

@@ -43,7 +43,7 @@ def test_held_and_pushed_spheres_are_warned_of_until_the_advice_is_followed(caus
 
 @pytest.mark.parametrize("cause", [HELD, PUSHED], ids=["held", "pushed"])
 def test_the_advice_brings_what_a_sum_of_stokeslets_says(cause):
-    """Along x: μ = (3a/2r − a³/r³)/γ between spheres of finite size, written once more."""
+    """Along x: μ = (3a/2r − a³/r³)/γ between spheres of finite size, written out independently."""
     flow = {"flow.gradient": EXTENSION}
     x = D * np.arange(COUNT)
     gaps = x[:, None] - x

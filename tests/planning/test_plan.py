@@ -1,4 +1,4 @@
-"""Each line of a plan against a number got another way, and a plan for every scene."""
+"""Each line of a plan against an independent number, and a plan for every scene."""
 
 import math
 
@@ -89,7 +89,7 @@ def test_the_tension_is_the_force_of_one_half_on_the_other(neighbours):
 
 
 def test_a_chain_of_two_strengths_is_judged_by_its_own_links():
-    """Each half by itself would carry 44 or −110; what both do is not either's."""
+    """Each half alone would carry 44 or −110; together they carry neither."""
     scene = nrchain.load_scene("buckling", **{"slip.2s": OPPOSED, "chain.ends": "free"})
     positions = 10.0 * np.arange(20)[:, None] * np.eye(3)[0]
     forces, _ = nrchain.active_wrenches(
@@ -190,7 +190,7 @@ def test_a_chain_whose_halves_cancel_neither_swims_nor_spins_by_rounding(strengt
 
 
 def test_motion_is_that_of_a_chain_that_moves():
-    """The straight chain of a run that is left to move, its ends pushed from one side only."""
+    """A straight free chain in a run; each of its ends is pushed from one side only."""
     scene = nrchain.load_scene("spiral-left", **{"run.end": 0.5, "start.shape": "straight"})
     planned = {line.quantity: line for line in plan(scene).lines}
     spun = measure.turned_angle(nrchain.simulate(nrchain.load_scene(scene, slip={"3a": 0})))

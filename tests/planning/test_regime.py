@@ -1,4 +1,4 @@
-"""Scenes out of the beam limit are announced; those in it are not."""
+"""Scenes out of the beam limit bring a warning; those in it do not."""
 
 import math
 import re
@@ -63,7 +63,7 @@ def test_a_passive_chain_is_judged_too(changes):
 
 
 def test_what_cannot_be_judged_is_said():
-    """A straight chain that turns across itself, and strengths beyond the range of floats."""
+    """A straight chain that does not stay straight, and strengths beyond the range of floats."""
     tilted = {"slip.4a": 100.0, "slip.4a.axis": [1.0, 1.0, 0.0]}
     (warning,) = warnings(nrchain.load_scene("passive", **tilted))
     assert "cannot be judged before the run: slip = " in warning

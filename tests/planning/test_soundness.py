@@ -22,7 +22,7 @@ SHARE = 0.05
 
 
 def own_moduli(ends, **elasticity):
-    """Pushers on a chain with springs of its own: soft ones of twist and bend."""
+    """Pushers on a chain with soft springs of twist and bend."""
     soft = {"stretch": 5.0, "shear": 50.0, "twist": 10.0, "bend": 10.0} | elasticity
     return nrchain.load_scene(
         {
@@ -73,7 +73,7 @@ def test_chains_judged_sound_do_not_give_way(seeds):
 
 @pytest.mark.filterwarnings("ignore::nrchain.SceneWarning")
 def test_most_chains_that_are_warned_of_give_way():
-    """Rules that warned of everything would be sound too."""
+    """Rules that warn of everything would pass the other tests."""
     warned = [scene for scene in map(random_scene, range(12)) if not judge(scene).sound]
     assert sum(bool(gives_way(scene)) for scene in warned) > 0.6 * len(warned) > 0
 
@@ -109,7 +109,7 @@ def test_halves_that_swim_against_each_other_are_warned_of_and_the_remedy_holds(
     [{}, {"shear": 4.0, "bend": 300.0}, {"bend": 100.0, "twist": 2e3}],
 )
 def test_a_remedy_is_offered_only_if_the_scene_with_it_holds(ends, elasticity):
-    """Stiffer bonds alone leave twist and bend to give way: what is offered is run."""
+    """With stiffer bonds alone twist or bend would fail. The scene with the remedy is run."""
     scene = own_moduli(ends, **elasticity)
     assert not judge(scene).sound
     assert gives_way(scene)

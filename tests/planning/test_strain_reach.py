@@ -1,4 +1,4 @@
-"""What plan and cost say of the reach of a disturbed flow, against a sum."""
+"""The reach of a disturbed flow in plan and cost, against a sum."""
 
 import numpy as np
 import pytest

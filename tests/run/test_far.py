@@ -1,4 +1,4 @@
-"""A chain that swims far keeps the digits of its links; a step to a half turn leaves nothing."""
+"""A chain that swims far keeps the accuracy of its links; a step to a half turn is dropped."""
 
 import numpy as np
 import pytest

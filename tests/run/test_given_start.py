@@ -1,4 +1,4 @@
-"""A run from poses that it is handed says so, holds them, and is made again from what it left."""
+"""A run from given poses records them, and its file alone repeats the run."""
 
 import copy
 import pickle

@@ -1,4 +1,4 @@
-"""A scene handed to ``simulate`` goes through few rooms, and down, to its first step.
+"""A scene given to ``simulate`` passes few rooms, and only downwards, to its first step.
 
 The way is traced with :func:`sys.setprofile`, which reports every call of a Python function. Calls
 of functions of nrchain are kept, from ``simulate`` to the first ``step`` of the integrator. A room

@@ -1,4 +1,4 @@
-"""One signal waits for the end of a step, a second does not, and none disturbs the closing."""
+"""The first signal waits for the end of a step, a second does not; the file is always closed."""
 
 import signal
 

@@ -1,4 +1,4 @@
-"""Where a scene becomes a run: what watches it, and what it is warned of."""
+"""Preparation of a run: its watches and its warnings."""
 
 import numpy as np
 import pytest
@@ -43,7 +43,7 @@ def test_effects_are_watched_where_some_are_left_out_and_the_run_is_not_unwatche
 
 
 def test_growth_is_reported_where_no_warning_of_the_start_said_so(monkeypatch):
-    """What a run warns of on its way depends on whether its start was warned of, and no more."""
+    """A run repeats no warning of its start."""
     seen = []
     real = preparation.GrowthWatch
 

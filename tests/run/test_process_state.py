@@ -44,7 +44,7 @@ def stopped():
 
 
 def cannot_step(folder):
-    """A run that its integrator gives up."""
+    """A run whose integrator fails."""
 
     class Wild(preparation.Loop):
         def __init__(self, chain, *rest):
@@ -155,7 +155,7 @@ def test_a_run_in_a_thread_leaves_signals_alone():
 
 
 def task(number):
-    """One of several runs of all kinds: what it gives, as bytes or words."""
+    """The result of one of several kinds of runs, as bytes or text."""
     try:
         if number % 5 == 4:
             nrchain.load_scene("buckling", **{"chain.spacing": -float(number)})

@@ -1,4 +1,4 @@
-"""No scene ends but as documented, and what completes holds its invariants."""
+"""Every scene ends as documented, and completed runs hold their invariants."""
 
 import random
 import shutil

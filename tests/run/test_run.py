@@ -1,4 +1,4 @@
-"""From a scene to a trajectory: what the paper shows, how runs stop, and how they go on."""
+"""From a scene to a trajectory: results of the paper, stops and resumption."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""The printed laws of pairs, summed in plain loops: what every implementation is held against.
+"""The printed pair laws, summed in plain loops: the reference for every implementation.
 
 ``c`` is e·n, n the unit vector from the acting to the feeling sphere and e the axis of the former.
 """

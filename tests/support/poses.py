@@ -20,7 +20,7 @@ def random_chain(
 def moved(
     positions: np.ndarray, frames: np.ndarray, sphere: int, component: int, by: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The chain with one sphere displaced (components 0 to 2) or turned in the lab (3 to 5)."""
+    """The chain with one sphere displaced (components 0 to 2) or rotated in the lab (3 to 5)."""
     positions, frames = positions.copy(), frames.copy()
     if component < 3:
         positions[sphere, component] += by

@@ -1,4 +1,4 @@
-"""What of its process a library has no business with, as one comparable value."""
+"""The state of a process that a library may not change, as one comparable value."""
 
 from __future__ import annotations
 

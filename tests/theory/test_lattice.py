@@ -242,7 +242,7 @@ def test_all_pairs_are_the_middle_of_a_long_open_chain():
 
 
 def test_friction_of_all_pairs_is_that_of_the_middle_of_a_long_open_chain():
-    """The ends are felt as the wave they cut off: 1/(N sin θ/2) of the 1/r of the mobility."""
+    """The ends cut the 1/r mobility off, with an error of 1/(N sin θ/2)."""
     chain = scene({}, chain__particles=1601, elasticity__ratio=1e14, **pairwise("all"))
     phase = 1.3
     expected = measured_operator(chain, phase, sphere=800)
@@ -394,7 +394,7 @@ def test_branches(modes, phase, neighbours, stretch, shear, friction):
 @pytest.mark.parametrize("friction", [{}, pairwise("all")])
 @pytest.mark.parametrize("neighbours", [1, "all"])
 def test_long_waves_separate_bending_from_shear(neighbours, friction):
-    """For q → 0 bending is free, shear has a gap, and the rates do not care how stiff it is."""
+    """For q → 0 bending is free and shear has a gap; stiffness changes neither."""
     rates = {
         stiffness: lattice_rates(
             scene(

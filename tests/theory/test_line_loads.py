@@ -1,4 +1,4 @@
-"""What the links of a straight chain carry, against sums, simulated chains and closed forms."""
+"""Tension and moment of straight chains against sums, simulated chains and closed forms."""
 
 import math
 
@@ -64,7 +64,7 @@ def test_links_that_give_way_a_little_carry_a_little_more():
 @pytest.mark.parametrize("ends", ["free", "clamped", "periodic"])
 @pytest.mark.parametrize("friction", ["one-body", "pairwise"])
 def test_loads_are_those_of_simulated_chains_as_they_become_stiff(ends, friction):
-    """Springs ten times as stiff give way a tenth as much, and so does the difference."""
+    """Ten times the stiffness gives a tenth of the strain, and of the difference."""
     off = []
     for stiffness in (1e3, 1e4):
         scene = graded(ends, friction, stiffness)
@@ -117,7 +117,7 @@ def test_a_stretching_flow_pulls_as_a_parabola():
 
 
 def test_an_endless_uniform_ring_carries_nothing():
-    """All spheres are pushed alike: the active stress crosses the links, and strains none."""
+    """All spheres have equal forces: the active stress strains no link."""
     found = line_loads(nrchain.load_scene("buckling", **{"chain.ends": "periodic"}, **UNITS))
     assert found.tension == pytest.approx(np.zeros(20), abs=1e-12)
     free = line_loads(nrchain.load_scene("buckling", **{"chain.ends": "free"}))

@@ -1,4 +1,4 @@
-"""The straight state of a finite chain and what grows about it, against runs and plane waves."""
+"""The straight state of a finite chain and its growth rates, against runs and plane waves."""
 
 import math
 
@@ -22,7 +22,7 @@ FORTY = [500.0] * 20 + [-500.0] * 20
 
 
 def mirrored(state):
-    """The link at which a straight chain stops, and that as far from its other end."""
+    """The link at which a straight chain stops, and its mirror image."""
     return state.link, len(state.lengths) - 1 - state.link
 
 
@@ -66,7 +66,7 @@ def test_spheres_that_come_to_touch_on_the_line_do_so_in_the_run():
 
 @pytest.mark.filterwarnings("ignore::nrchain.SceneWarning")
 def test_a_chain_that_lingers_before_it_collapses_is_followed_to_the_end():
-    """Links 30 % shorter hardly move for a while: long implicit steps would come to rest there."""
+    """Links 30 % shorter move slowly at first; long implicit steps would end at rest there."""
     scene = random_scene(1185)
     state, run = straight_state(scene), nrchain.simulate(scene)
     assert state.stopped is run.cause is Cause.TOUCH
@@ -145,7 +145,7 @@ def test_a_long_ring_too_of_which_few_eigenvalues_are_taken():
 
 
 def test_a_short_free_chain_of_pushers_stays_straight_where_the_infinite_one_buckles():
-    """Its links pull with what its spheres push: no thrust is left. Bends decay in the run."""
+    """The tension of the links balances the slip stress: no thrust is left, and bends decay."""
     scene = nrchain.load_scene("buckling", **{"chain.ends": "free", "run.end": 400.0})
     assert growth(scene).across.rate == 0.0
     waves = np.linspace(0.0157, 0.314, 64)

@@ -1,4 +1,4 @@
-"""Lamb's solution is a Stokes flow that meets its slip, and known squirmers swim as they do."""
+"""Lamb's solution is a Stokes flow that meets its slip, and known squirmers swim at their speed."""
 
 import numpy as np
 import pytest

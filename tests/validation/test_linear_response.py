@@ -1,4 +1,4 @@
-"""The study of linear response holds, and sees a coefficient that is off by 1 %."""
+"""The study of linear response holds, and fails if a coefficient is 1 % off."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The study of long range sees sums, frictions and scenes that are off by a little."""
+"""The study of long range fails if a sum, a friction or a scene is slightly off."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mutants of the package: what is changed, what is left alone, and that tests meet the change."""
+"""Mutants of the package: which places are changed, and that tests run the changed code."""
 
 import ast
 import os

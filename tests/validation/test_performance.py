@@ -1,4 +1,4 @@
-"""The measuring of times and errors measures what it says."""
+"""Times and errors are measured as stated."""
 
 import time
 

@@ -1,4 +1,4 @@
-"""What passes, what fails, and what is taken down."""
+"""Which checks pass, which fail, and what is recorded."""
 
 import math
 from fractions import Fraction

@@ -78,14 +78,14 @@ DRAWN = {
 
 
 def differing(first: np.ndarray, second: np.ndarray) -> float:
-    """The share of pixels that are seen to differ; 1 for pictures of different sizes."""
+    """The share of pixels that differ visibly; 1 for pictures of different sizes."""
     if first.shape != second.shape:
         return 1.0
     return float((np.abs(first - second).max(axis=2) > 0.1).mean())
 
 
 def telling_sheets() -> dict[str, dict]:
-    """Of matplotlib's style sheets so many that whatever one of them sets is set by one of these.
+    """Style sheets of matplotlib that together set every key that any of them sets.
 
     Those with the most settings come first.
     """

@@ -1,4 +1,4 @@
-"""Pictures of effects: what is drawn, and that nothing to draw is no trouble."""
+"""Pictures of effects, also of chains on which no effect acts."""
 
 import numpy as np
 import pytest

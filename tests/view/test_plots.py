@@ -1,4 +1,4 @@
-"""Pictures show every chain, at the scale they claim, and leave the process as it was."""
+"""Pictures show every chain to scale, and leave the process unchanged."""
 
 import subprocess
 import sys

@@ -12,7 +12,7 @@ LINE = np.arange(10.0)[:, None] * [1.0, 0.0, 0.0]
 
 
 def test_a_cut_that_holds_in_a_wide_chain_ends_a_run_at_contact():
-    """Ten spheres in a line: twice their diameter apart the cut holds, at contact it does not."""
+    """Ten spheres in a line: twice their diameter apart μ is definite, at contact it is not."""
     cut = {"chain.spacing": 4.0, "friction": {"kind": "pairwise", "neighbours": 1}}
     scene = nrchain.load_scene({"chain.particles": 10, "run.end": 1.0}, **cut)
     watch = FrictionWatch(1, CutFriction(scene).least_mobility)

@@ -19,13 +19,13 @@ def scene_of(count=3, **changes):
 
 
 def watch(scene, path, begin, end):
-    """What the guard says of a step in which ``path(time)`` gives positions and frames."""
+    """The result of the guard for a step in which ``path(time)`` gives positions and frames."""
     before = path(begin)[0]
     return Guard(PoseLimits.of(scene), before).watch(begin, before, end, path(end), path)
 
 
 def straight_line(velocity, offset=0.0):
-    """Sphere 2 flies along x through the place of sphere 0, ``offset`` beside it."""
+    """Sphere 2 moves along x past sphere 0, at the distance ``offset``."""
 
     def path(time):
         positions = np.array([[0.0, 0, 0], [0, 50, 0], [-30.0 + velocity * time, 0, offset]])
@@ -105,7 +105,7 @@ def twisting(count, rate):
 
 @pytest.mark.parametrize("count", [3, 8])
 def test_the_link_that_closes_a_periodic_chain_is_watched_too(count):
-    """All others turn by little, and it by as much as they do together."""
+    """The other links turn by little, and this one by their sum."""
     shape = {"chain.spacing": 7.0, "chain.radius": 2.0}
     path = twisting(count, 2.0 / (count - 1))
     stop = watch(scene_of(count, **shape, **{"chain.ends": "periodic"}), path, 0.0, 1.0)
@@ -149,7 +149,7 @@ def test_two_spheres_that_swing_to_each_other_within_a_step_are_caught(swing):
 
 @pytest.mark.parametrize("skew", [-0.5, 0.0, 0.5])
 def test_a_swing_that_is_deepest_late_or_early_in_a_step_is_caught(skew):
-    """Where a separation is looked at in between it may be off by half of what it is elsewhere."""
+    """At the point where the step is divided, the deviation may be half of the largest one."""
 
     def path(time):
         swing = 4.0 * time * (1.0 - time) * (1.0 + skew * (2.0 * time - 1.0))

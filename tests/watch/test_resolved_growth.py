@@ -1,4 +1,4 @@
-"""Which growth a step resolves: by its size in tolerances, by h μ, and by what else grows."""
+"""Which growth a step resolves: by its size in tolerances, by h μ, and by the other modes."""
 
 import math
 from types import SimpleNamespace
@@ -22,7 +22,7 @@ def resolution(rtol=0.0, y=0.0, most=0.0, growth_limit=1.0):
 
 
 def alike(*amplitudes):
-    """Parts all of whose coordinates are as large as each other, in radii and radians."""
+    """Parts with equal coordinates, in radii and radians."""
     return np.outer(amplitudes, np.tile(np.repeat([RADIUS, 1.0], 3), 2))
 
 
@@ -80,7 +80,7 @@ def test_what_is_far_below_the_tolerance_may_be_made_of_errors():
 
 
 def test_errors_of_spheres_that_have_come_far_hide_a_bend():
-    """Step control would see it where spheres have hardly moved."""
+    """Step control would resolve it if spheres had not moved."""
     growth = Growth(np.array([10.0]), alike(1e-6))
     far = np.r_[np.full(6, 1.0), np.zeros(6)]
     held = resolution(rtol=1e-3)
