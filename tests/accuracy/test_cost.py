@@ -225,12 +225,12 @@ def test_the_budget_shortens_the_runs():
 
 def test_what_is_run_does_not_depend_on_the_clock(monkeypatch):
     """Parts, errors and counts are the same if both cores are busy and the clock jumps by hours."""
-    quick = work_precision(SMALL, budget=1.0)
+    quick = work_precision(SMALL, budget=0.3)
     hours = itertools.count(step=3600.0)
     for name in ("perf_counter", "process_time", "monotonic", "time", "thread_time"):
         monkeypatch.setattr(time, name, lambda: next(hours))
     monkeypatch.setattr(work, "clock", lambda: next(hours))
-    slow = work_precision(SMALL, budget=1.0)
+    slow = work_precision(SMALL, budget=0.3)
 
     def timeless(found):
         points = [(p.axis, p.setting, p.changes, p.measured) for p in found.points]
