@@ -64,7 +64,7 @@ class Steric(Effect):
     absence = "a run stops where spheres touch"
     equation = "V = Σ_{i<j} φ(|r_i − r_j|), for r < c"
     Section = StericSpec
-    example = {"steric": {"kind": "harmonic", "strength": 100.0, "range": 3.0}}  # noqa: RUF012
+    example = {"steric": {"kind": "harmonic", "strength": 100.0, "range": 4.0}}  # noqa: RUF012
     placed = False
     torque_free = True
 

@@ -291,6 +291,17 @@ def test_it_passes_the_check_that_users_have(configuration):
     assert ("energy" in found) == (effect.energy is not None)
 
 
+@pytest.mark.parametrize("effect", [e for e in effects() if e.gives != "mobility"])
+def test_the_example_of_an_effect_exerts_something_where_it_is_checked(effect):
+    assert nrchain.check_effect(effect)["product"] < 1e-7
+
+
+def test_a_check_where_an_effect_exerts_nothing_is_refused():
+    apart = {"steric": {"kind": "harmonic", "strength": 100.0, "range": 2.5}}
+    with pytest.raises(SceneError, match="steric repulsion exerts nothing there"):
+        nrchain.check_effect(find_effect("steric repulsion"), apart)
+
+
 def test_poses_to_check_at_are_whole(spring):
     positions, frames = random_chain(6)
     with pytest.raises(SceneError, match="frames is not given: positions and frames must be given"):

@@ -63,8 +63,8 @@ def check_effect(
     ------
     SceneError
         For the first check that fails, with the sphere and the component; for a method that raises
-        or changes the given poses, with its name; for an effect that is not registered or does not
-        act in the scene.
+        or changes the given poses, with its name; for an effect that is not registered, does not
+        act in the scene, or exerts nothing at the poses.
     """
     if effect not in effects():
         raise SceneError("effect", effect, "must be registered first, with register_effect")
@@ -122,6 +122,12 @@ class _Check:
     def derivative(self) -> dict[str, float]:
         if self.kind.gives == "mobility":
             return {}
+        if not self.result(self.poses).any():
+            allowed = (
+                f"effect {self.kind.name} exerts nothing there, so that there is nothing to check: "
+                "give positions and frames, or a scene, at which it does"
+            )
+            raise SceneError("positions", "those of the check", allowed)
         numeric = self.differences(self.result)
         self.effect.linearise(*self.poses)
         self.result(moved_poses(self.poses, 0, 1, 0.1 * self.scene.chain.radius))
