@@ -77,13 +77,15 @@ class ScipyBdf(Integrator):
         jacobian, tolerances = self._jacobian, {"rtol": self.rtol, "atol": self.atol}
         if isinstance(jacobian, KrylovJacobian):
             self._solver = _MatrixFree(self._rates, time, y, jacobian, **tolerances)
-            return
+        else:
 
-        def matrix(time: float, y: np.ndarray) -> csc_matrix:
-            jacobian.update(time, y)
-            return jacobian.matrix()
+            def matrix(time: float, y: np.ndarray) -> csc_matrix:
+                jacobian.update(time, y)
+                return jacobian.matrix()
 
-        self._solver = BDF(self._rates, time, y, np.inf, jac=matrix, **tolerances)
+            self._solver = BDF(self._rates, time, y, np.inf, jac=matrix, **tolerances)
+        # SciPy subtracts differences that it has not taken yet: whatever the memory held
+        self._solver.D[2:] = 0.0
 
     def step(self) -> float:
         before = self._solver.nfev
