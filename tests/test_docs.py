@@ -162,6 +162,15 @@ def test_every_key_of_a_scene_is_listed_with_its_default():
         assert shown == given, key
 
 
+def test_what_nearest_neighbours_leave_out_is_what_the_closed_forms_give():
+    line = next(x for x in text_of(PAGES["accuracy.md"]).splitlines() if "nearest neighbours" in x)
+    stated = {mode: float(part) for part, mode in re.findall(r"(\d+) % \((\w+)\)", line)}
+    assert sorted(stated) == ["2s", "3a", "3t", "4a"]
+    for mode, percent in stated.items():
+        left_out = 1.0 - 1.0 / nrchain.rod.reach_ratio(mode, 0.1)
+        assert percent == pytest.approx(100.0 * left_out, abs=0.5)
+
+
 def test_every_effect_mode_integrator_and_study_is_listed():
     def first_cells(name):
         return {cell.strip("`") for row in rows(text_of(PAGES[name])) for cell in row[:1]}

@@ -71,8 +71,7 @@ class Steric(Effect):
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         section = self.section(scene)
-        period = scene.length if scene.chain.ends == "periodic" else 0.0
-        self._repulsion = Repulsion(section.kind, section.strength, self.range(scene), period)
+        self._repulsion = Repulsion(section.kind, section.strength, self.range(scene), scene.period)
 
     @classmethod
     def range(cls, scene: Scene) -> float:

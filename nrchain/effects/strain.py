@@ -41,7 +41,7 @@ class DisturbanceEffect(Effect):
             count=chain.particles,
             radius=chain.radius,
             reach=flow.neighbours if isinstance(flow.neighbours, int) else None,
-            period=scene.length if chain.ends == "periodic" else 0.0,
+            period=scene.period,
         )
         self.places = self._disturbance.near
 

@@ -40,9 +40,8 @@ class PoseLimits:
     @classmethod
     def of(cls, scene: Scene) -> Self:
         """Those of a scene."""
-        period = scene.length if scene.chain.ends == "periodic" else 0.0
         springs = has_rotational_springs(scene)
-        return cls(scene.chain.radius, contact_distance(scene), period, springs)
+        return cls(scene.chain.radius, contact_distance(scene), scene.period, springs)
 
 
 def contact_distance(scene: Scene) -> float:

@@ -42,9 +42,10 @@ class CutFriction:
         chain = scene.chain
         reach = scene.friction.neighbours if neighbours is None else neighbours
         assert isinstance(reach, int)
-        period = scene.length if chain.ends == "periodic" else 0.0
         self.neighbours, self._count = reach, chain.particles
-        self._friction = PairFriction(chain.particles, reach, chain.radius, chain.viscosity, period)
+        self._friction = PairFriction(
+            chain.particles, reach, chain.radius, chain.viscosity, scene.period
+        )
         self._scale = np.sqrt(np.repeat(scene.drag, 3))
 
     def least_mobility(self, positions: np.ndarray) -> float:

@@ -58,7 +58,7 @@ class Mobility:
 
     def __init__(self, scene: Scene, held: np.ndarray, carries_wrenches: bool) -> None:
         self._chain, self._friction, self._drag = scene.chain, scene.friction, scene.drag
-        self._held = held
+        self._held, self._period = held, scene.period
         neighbours = self._friction.neighbours
         self._reach = neighbours if isinstance(neighbours, int) else None
         self._acts = self._friction.kind != "one-body" and (carries_wrenches or bool(held.any()))
@@ -72,8 +72,7 @@ class Mobility:
         from nrchain.hydrodynamics.friction import PairFriction
 
         chain, count = self._chain, len(self._held)
-        period = chain.particles * chain.spacing if chain.ends == "periodic" else 0.0
-        return PairFriction(count, self._reach, chain.radius, chain.viscosity, period)
+        return PairFriction(count, self._reach, chain.radius, chain.viscosity, self._period)
 
     def divide(self, wrenches: np.ndarray) -> None:
         """(F, T) → (F/γ_T, T/γ_R) (N, 6), in place: one-body friction."""

@@ -52,7 +52,7 @@ class Model:
     def __init__(self, scene: Scene) -> None:
         chain = scene.chain
         self.count = chain.particles
-        self.period = chain.particles * chain.spacing if chain.ends == "periodic" else 0.0
+        self.period = scene.period
         self.held = np.zeros(self.count, bool)
         if chain.ends == "clamped":
             self.held[[0, -1]] = True

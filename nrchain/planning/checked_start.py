@@ -116,8 +116,7 @@ def _refuse_size(scene: Scene) -> None:
 
 
 def _refuse_overlap(scene: Scene, positions: np.ndarray, given: str) -> None:
-    period = scene.length if scene.chain.ends == "periodic" else 0.0
-    distance, i, j = closest_pair(positions, period)
+    distance, i, j = closest_pair(positions, scene.period)
     contact = contact_distance(scene)
     if distance <= contact:
         who = f"spheres {i} and {j}"

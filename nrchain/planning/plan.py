@@ -88,8 +88,7 @@ def _mobility_line(scene: Scene, positions: np.ndarray) -> Line:
 
 
 def _start_line(scene: Scene, positions: np.ndarray) -> Line:
-    period = scene.length if scene.chain.ends == "periodic" else 0.0
-    distance, i, j = closest_pair(positions, period)
+    distance, i, j = closest_pair(positions, scene.period)
     ratio = scene.chain.radius / min(distance, scene.chain.spacing)
     return Line(
         "closest approach",

@@ -59,6 +59,11 @@ def length(chain: ChainSpec) -> float:
     return links * chain.spacing
 
 
+def period(chain: ChainSpec) -> float:
+    """The length after which a periodic chain repeats along x; 0 for open chains."""
+    return length(chain) if chain.ends == "periodic" else 0.0
+
+
 def wavevector(chain: ChainSpec, start: StartSpec) -> float:
     """q = wavenumber · π/L, or wavenumber · 2π/L on a periodic chain."""
     unit = 2 * math.pi if chain.ends == "periodic" else math.pi

@@ -77,6 +77,11 @@ class Scene(Section):
         return derived.length(self.chain)
 
     @property
+    def period(self) -> float:
+        """The length after which a periodic chain repeats along x; 0 for open chains."""
+        return derived.period(self.chain)
+
+    @property
     def wavevector(self) -> float:
         """q = wavenumber · π/L, or wavenumber · 2π/L on a periodic chain."""
         return derived.wavevector(self.chain, self.start)

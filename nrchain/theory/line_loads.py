@@ -217,8 +217,7 @@ def _mobility(scene: Scene, positions: np.ndarray) -> Callable[[np.ndarray], np.
     if friction.kind == "one-body":
         return lambda wrenches: wrenches / np.repeat(scene.drag, 3)
     reach = None if friction.neighbours == "all" else friction.neighbours
-    period = scene.length if chain.ends == "periodic" else 0.0
-    pairs = PairFriction(chain.particles, reach, chain.radius, chain.viscosity, period)
+    pairs = PairFriction(chain.particles, reach, chain.radius, chain.viscosity, scene.period)
 
     def apply(wrenches: np.ndarray) -> np.ndarray:
         twists = np.zeros_like(wrenches)

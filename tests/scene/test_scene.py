@@ -616,16 +616,16 @@ def test_moduli(elasticity, expected):
 
 
 @pytest.mark.parametrize(
-    ("ends", "length", "wavevector"),
+    ("ends", "length", "period", "wavevector"),
     [
-        ("free", 30.0, 2 * math.pi / 30),
-        ("clamped", 30.0, 2 * math.pi / 30),
-        ("periodic", 40.0, 4 * math.pi / 40),
+        ("free", 24.0, 0.0, 2 * math.pi / 24),
+        ("clamped", 24.0, 0.0, 2 * math.pi / 24),
+        ("periodic", 32.0, 32.0, 4 * math.pi / 32),
     ],
 )
-def test_length_and_wavevector(ends, length, wavevector):
-    scene = scene_of(**{"chain.ends": ends, "start.wavenumber": 2})
-    assert scene.length == length
+def test_length_period_and_wavevector(ends, length, period, wavevector):
+    scene = scene_of(**{"chain.ends": ends, "chain.spacing": 8.0, "start.wavenumber": 2})
+    assert (scene.length, scene.period) == (length, period)
     assert scene.wavevector == pytest.approx(wavevector)
 
 

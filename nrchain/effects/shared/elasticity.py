@@ -23,7 +23,7 @@ def elasticity_of(
     chosen = tuple(scene.moduli if moduli is None else moduli)
     return Elasticity(
         scene.chain.spacing,
-        scene.length if scene.chain.ends == "periodic" else 0.0,
+        scene.period,
         chosen,
         scene.elasticity.measure == "isotropic",
         terms_of(chosen) if terms is None else terms,

@@ -31,7 +31,7 @@ def make_flow(
         "count": chain.particles,
         "reach": shown if isinstance(shown, int) else None,
         "radius": chain.radius,
-        "period": scene.length if chain.ends == "periodic" else 0.0,
+        "period": scene.period,
         "finite_size": slip.finite_size if finite_size is None else finite_size,
     }
     if slip.backend == "pystokes":
