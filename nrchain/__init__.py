@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from nrchain.planning import auto, estimate, plan, regime
     from nrchain.planning.description import describe
     from nrchain.run import work
+    from nrchain.run.ensemble import simulate_many
+    from nrchain.run.members import Member
     from nrchain.run.simulation import resume, simulate
     from nrchain.scene.loading import load_scene
     from nrchain.scene.scene import Scene
@@ -97,6 +99,8 @@ _MODULE_OF = {
     "describe": "nrchain.planning.description",
     "resume": "nrchain.run.simulation",
     "simulate": "nrchain.run.simulation",
+    "Member": "nrchain.run.members",
+    "simulate_many": "nrchain.run.ensemble",
     "Scene": "nrchain.scene.scene",
     "Slip": "nrchain.hydrodynamics.slip",
     "load_scene": "nrchain.scene.loading",
@@ -113,6 +117,7 @@ __all__ = [
     "Cause",
     "Contributions",
     "Effect",
+    "Member",
     "NrchainError",
     "OneBodyEffect",
     "Rod",
@@ -151,6 +156,7 @@ __all__ = [
     "rules",
     "scene_names",
     "simulate",
+    "simulate_many",
     "slip_modes",
     "steady_rotation",
     "steady_stress",

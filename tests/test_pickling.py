@@ -82,6 +82,7 @@ SPECIMENS = {
     "nrchain.Cause": lambda: nrchain.Cause.TOUCH,
     "nrchain.Contributions": lambda: nrchain.contributions(scene(), *poses()),
     "nrchain.Effect": lambda: [e(scene()) for e in effects() if e.acts(scene())],
+    "nrchain.Member": lambda: next(nrchain.simulate_many([scene()])),
     "nrchain.NrchainError": lambda: nrchain.NrchainError("a fault"),
     "nrchain.OneBodyEffect": lambda: [
         e(scene()) for e in effects() if issubclass(e, nrchain.OneBodyEffect)

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numba
@@ -20,6 +21,7 @@ ANY_THREAD = ("omp", "tbb")
 
 _turn = threading.Lock()
 _forked = False
+_thread = threading.local()
 
 
 def layer() -> str:
@@ -38,9 +40,19 @@ def _note_fork() -> None:
 os.register_at_fork(after_in_child=_note_fork)
 
 
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Let the calling thread sum alone meanwhile: other threads fill the cores."""
+    _thread.single = True
+    try:
+        yield
+    finally:
+        _thread.single = False
+
+
 def add(compiled: Callable[[bool], Any], parallel: bool, *arguments: Any) -> None:
     """Run the kernel ``compiled(True)``, or ``compiled(False)`` where threads may not be used."""
-    if not parallel or _forked:
+    if not parallel or _forked or getattr(_thread, "single", False):
         compiled(False)(*arguments)
     elif layer() in ANY_THREAD:
         compiled(True)(*arguments)

@@ -66,17 +66,22 @@ def leave_on_signals() -> None:
 
 
 class Interruption:
-    """The ``name`` of the first signal that has arrived; empty before."""
+    """The first signal that has arrived."""
 
     def __init__(self) -> None:
-        self.name = ""
+        self._name = ""
         self._since = 0.0
         self._at_once = False
+
+    @property
+    def name(self) -> str:
+        """What interrupts the run; empty if nothing does."""
+        return self._name
 
     def note(self, number: int, frame: object) -> None:
         """Handle a signal: keep its name, or end the step under way if it is a second one."""
         if not self.name:
-            self.name, self._since = signal.Signals(number).name, clock.monotonic()
+            self._name, self._since = signal.Signals(number).name, clock.monotonic()
         elif self._at_once and clock.monotonic() - self._since >= PATIENCE:
             self._at_once = False
             raise KeyboardInterrupt(self.name)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -89,26 +89,46 @@ def simulate(
     if place is None:
         return simulate_in_memory(start, progress)
     folder, path = place
-    _report(start, warn)
-    with (
-        deferred() as interruption,
-        new_folder(folder) if folder else nullcontext(),
-        TrajectoryWriter(
-            path, start.scene, snapshot_times(start.scene), overwrite=overwrite, choice=start.choice
-        ) as writer,
-    ):
-        return _finish(writer, _run(start, writer, progress, interruption))
+    with new_folder(folder) if folder else nullcontext():
+        return simulate_to_file(start, path, overwrite=overwrite, progress=progress)
 
 
 def simulate_in_memory(
-    start: Start, progress: Callable[[Progress], None] | None = None, report: Report = warn
+    start: Start,
+    progress: Callable[[Progress], None] | None = None,
+    report: Report = warn,
+    interruption: Interruption | None = None,
 ) -> Trajectory:
-    """The trajectory from a checked start; ``report`` gets the text of every warning."""
+    """The trajectory from a checked start; ``report`` gets the text of every warning.
+
+    The run stops at a signal or, if it is given, at the ``interruption`` instead.
+    """
     _report(start, report)
     memory = MemoryRecorder(start.scene)
-    with deferred() as interruption:
+    with _stopped_by(interruption) as interruption:
         stop = _run(start, memory, progress, interruption, report)
     return replace(memory.trajectory(start.scene, stop), choice=start.choice)
+
+
+def simulate_to_file(
+    start: Start,
+    path: Path,
+    *,
+    overwrite: bool = False,
+    progress: Callable[[Progress], None] | None = None,
+    report: Report = warn,
+    interruption: Interruption | None = None,
+) -> Trajectory:
+    """As :func:`simulate_in_memory`, into the file at ``path``."""
+    _report(start, report)
+    times = snapshot_times(start.scene)
+    with (
+        _stopped_by(interruption) as interruption,
+        TrajectoryWriter(
+            path, start.scene, times, overwrite=overwrite, choice=start.choice
+        ) as writer,
+    ):
+        return _finish(writer, _run(start, writer, progress, interruption, report))
 
 
 def resume(
@@ -141,6 +161,10 @@ def resume(
             TrajectoryWriter.reopen(done.path, lock, start.choice) as writer,
         ):
             return _finish(writer, _run(start, writer, progress, interruption))
+
+
+def _stopped_by(interruption: Interruption | None) -> AbstractContextManager[Interruption]:
+    return deferred() if interruption is None else nullcontext(interruption)
 
 
 def _report(start: Start, report: Report) -> None:

@@ -91,6 +91,7 @@ def unwritable(folder):
 
 ACTS = {
     "completed": lambda folder, done: nrchain.simulate(scene(), output=folder / "a"),
+    "many": lambda folder, done: list(nrchain.simulate_many([scene()] * 3, folder / "many")),
     "radau": lambda folder, done: nrchain.simulate(scene(**{"run.integrator": "radau"})),
     "scipy-bdf": lambda folder, done: nrchain.simulate(scene(**{"run.integrator": "scipy-bdf"})),
     "pystokes": lambda folder, done: nrchain.simulate(scene(**{"slip.backend": "pystokes"})),
@@ -196,27 +197,39 @@ from concurrent.futures import ThreadPoolExecutor
 import nrchain
 from nrchain.hydrodynamics import sharing
 
-def last(strength):
+def scene(strength):
     changes = {
         "chain.particles": 160, "slip.neighbours": "all", "slip.2s": strength,
         "run.end": 0.1, "run.snapshots": 2, "start.shape": "sine",
     }
-    return nrchain.simulate(nrchain.load_scene("passive", **changes)).positions[-1].tobytes()
+    return nrchain.load_scene("passive", **changes)
+
+def bits(trajectory):
+    return trajectory.positions[-1].tobytes()
+
+def last(strength):
+    return bits(nrchain.simulate(scene(strength)))
 
 last(40.0)  # may compile kernels
+list(nrchain.simulate_many([scene(40.0)] * 2, workers=2))
 if not sys.argv[1:]:
     sys.exit()
 expected = [last(40.0 + number) for number in range(6)]
 with ThreadPoolExecutor(3) as pool:
     found = list(pool.map(last, [40.0 + number for number in range(6)]))
-print("same" if found == expected else "differ")
+members = nrchain.simulate_many([scene(40.0 + number) for number in range(6)], workers=2)
+many = {member.index: bits(member.result()) for member in members}
+print("same" if found == expected == [many[index] for index in range(6)] else "differ")
 print(sharing.layer())
 """
 
 
 @pytest.mark.parametrize("layer", ["omp", "workqueue"])
 def test_threads_share_sums_over_threads(layer, tmp_path):
-    """Numba's work queue ends a process that enters it from two threads at once."""
+    """Numba's work queue ends a process that enters it from two threads at once.
+
+    ``simulate_many`` sums on one thread a run, with the same bits.
+    """
     program = tmp_path / "sums.py"
     program.write_text(SUMS)
     environment = os.environ | {"NUMBA_THREADING_LAYER": layer, "NUMBA_NUM_THREADS": "2"}
@@ -251,6 +264,19 @@ def test_a_second_thread_enters_only_layers_that_allow_it(monkeypatch, layer, se
         waiting.result()
     sharing.add(lambda parallel: lambda: shared.append(parallel), True)
     assert shared == [True, second, True]
+
+
+def test_what_is_to_take_one_thread_takes_one_and_only_there():
+    shared = []
+
+    def look():
+        sharing.add(lambda parallel: lambda: shared.append(parallel), True)
+
+    with sharing.one_thread(), ThreadPoolExecutor(1) as pool:
+        look()
+        pool.submit(look).result()
+    look()
+    assert shared == [False, True, True]
 
 
 OF_THE_PROCESS = {
