@@ -77,7 +77,8 @@ class Recording:
         """Record the poses at ``time`` as the next snapshot."""
         with self._counters.stopwatch.paused():
             self._recorder.write(self.snapshot, time, *poses, int(self._counters.steps))
-            self._recorder.update_counters(self._counters.table())
+            if self._recorder.outlives_run:
+                self.write_counters()
             self.snapshot += 1
             if self._progress:
                 counters = self._counters.table()

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 import time
+from array import array
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -81,7 +82,8 @@ class Stopwatch:
     """
 
     def __init__(self) -> None:
-        self._laps: list[tuple[float, int]] = []
+        # seconds and right-hand sides of every lap
+        self._spent, self._counts = array("d"), array("d")
         self._open, self._since, self._counted = 0.0, math.nan, 0
         self._steps = self._width = 1
 
@@ -108,30 +110,33 @@ class Stopwatch:
         self._since = now
         if evaluations == self._counted:
             return
-        step = self._open, evaluations - self._counted
+        spent, count = self._open, evaluations - self._counted
         self._open, self._counted = 0.0, evaluations
-        if self._laps and self._steps < self._width:
-            self._laps[-1] = _joined(self._laps[-1], step)
+        if self._spent and self._steps < self._width:
+            self._spent[-1] += spent
+            self._counts[-1] += count
             self._steps += 1
             return
-        if len(self._laps) == 2 * LAPS:
-            self._laps = list(map(_joined, self._laps[::2], self._laps[1::2]))
+        if len(self._spent) == 2 * LAPS:
+            self._spent, self._counts = _join(self._spent), _join(self._counts)
             self._width *= 2
-        self._laps.append(step)
+        self._spent.append(spent)
+        self._counts.append(count)
         self._steps = 1
 
     @property
     def seconds(self) -> float:
         """Seconds of all laps; those that compiled a kernel count at the median."""
-        if not self._laps:
+        if not self._spent:
             return 0.0
-        spent, count = np.array(self._laps).T
+        spent, count = np.frombuffer(self._spent), np.frombuffer(self._counts)
         usual = float(np.median(spent / count)) * count
         return float(np.where(spent > STRANGE * usual, usual, spent).sum())
 
 
-def _joined(lap: tuple[float, int], other: tuple[float, int]) -> tuple[float, int]:
-    return lap[0] + other[0], lap[1] + other[1]
+def _join(laps: array[float]) -> array[float]:
+    """Laps twice as long: the sums of neighbours."""
+    return array("d", np.frombuffer(laps).reshape(-1, 2).sum(axis=1))
 
 
 def extrapolation_factors(part: float, late: float) -> tuple[float, float] | None:

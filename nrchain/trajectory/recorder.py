@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -16,7 +16,15 @@ from nrchain.trajectory.trajectory import Trajectory
 
 
 class Recorder(Protocol):
-    """What a run needs of the object that keeps its trajectory."""
+    """What a run needs of the object that keeps its trajectory.
+
+    Attributes
+    ----------
+    outlives_run
+        Whether what is written remains if the run is killed: then counters go with every snapshot.
+    """
+
+    outlives_run: ClassVar[bool]
 
     def write(
         self, index: int, time: float, positions: np.ndarray, frames: np.ndarray, step: int
@@ -32,6 +40,8 @@ class MemoryRecorder:
 
     Raises :class:`~nrchain.errors.SceneError` for more snapshots than fit the memory.
     """
+
+    outlives_run: ClassVar[bool] = False
 
     def __init__(self, scene: Scene) -> None:
         refuse_snapshots(scene, available_memory(), "free in memory")

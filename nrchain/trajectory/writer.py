@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -45,6 +45,8 @@ class TrajectoryWriter:
     another process is writing to it, or if it cannot be created. In a ``with`` statement, an
     exception marks the run as stopped and keeps its snapshots.
     """
+
+    outlives_run: ClassVar[bool] = True
 
     def __init__(
         self,
