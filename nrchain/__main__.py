@@ -7,6 +7,7 @@ import os
 import warnings
 from typing import Any
 
+from nrchain.cli.garbage import no_collection, spare_present_objects
 from nrchain.run.interruption import INTERRUPTED, leave_on_signals
 
 
@@ -24,11 +25,14 @@ def main() -> None:
     os.environ.pop("MPLBACKEND", None)
     # where no folder can be written, matplotlib warns of its own caches; its errors remain
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
-    from nrchain.cli.app import main as command_line
+    spare_present_objects()
+    with no_collection():
+        from nrchain.cli.app import main as command_line
 
     try:
         command_line()
     except SystemExit as end:
+        spare_present_objects()
         if end.code == INTERRUPTED:
             # a normal exit would handle signals again on its way
             os._exit(INTERRUPTED)

@@ -10,6 +10,7 @@ import typer
 
 from nrchain.cli.arguments import RUNS, Changes, SceneName, load, report_risks
 from nrchain.cli.exits import one_line_errors, show_if_possible
+from nrchain.cli.garbage import no_collection
 from nrchain.cli.progress import progress_bar, report_warnings
 from nrchain.cli.summary import finish
 
@@ -32,15 +33,20 @@ def run(
     ] = False,
 ) -> None:
     """Simulate a scene, and write its trajectory and a picture."""
-    from nrchain.effects.registry import acting
-    from nrchain.planning.regime import warnings
-    from nrchain.run.folders import new_folder
-    from nrchain.run.output import output_file
-    from nrchain.run.simulation import simulate
+    with no_collection():
+        from nrchain.effects.registry import acting
+        from nrchain.motion.integrators import find_integrator
+        from nrchain.planning.regime import warnings
+        from nrchain.run.folders import new_folder
+        from nrchain.run.output import output_file
+        from nrchain.run.simulation import simulate
 
     place = output or RUNS / Path(scene).stem
     folder, file = output_file(place, overwrite)
     loaded, choice = load(scene, changes)
+    with no_collection():
+        # an integrator imports its library when it is looked up
+        find_integrator(loaded.run.integrator)
     risks = warnings(loaded)
     report_risks(loaded, risks)
     names = ", ".join(effect.name for effect in acting(loaded)) or "none"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from nrchain.cli.exits import STOPPED, show_if_possible
+from nrchain.cli.garbage import no_collection
 from nrchain.cli.tables import counters_table, effects_table
 from nrchain.cli.terminal import note, report
 
@@ -48,12 +49,13 @@ def _why_stopped(trajectory: Trajectory) -> str:
 
 def _draw(trajectory: Trajectory) -> Path | None:
     """Draw the chain beside the file of a run; note a failure and return None."""
-    from nrchain.view.plots import draw_chain
-
     if trajectory.path is None:
         return None
     try:
-        return draw_chain(trajectory, picture_beside(trajectory, PICTURE))
+        with no_collection():
+            from nrchain.view.plots import draw_chain
+
+            return draw_chain(trajectory, picture_beside(trajectory, PICTURE))
     except (OSError, ValueError, RuntimeError, MemoryError, ArithmeticError) as error:
         note(f"no picture is drawn: {error}")
         return None

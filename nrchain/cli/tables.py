@@ -55,14 +55,14 @@ def _processor_time(trajectory: Trajectory) -> str:
 
 def effects_table(trajectory: Trajectory) -> Table:
     """The effects that a run simulated and left out, and its keys without effect."""
-    from nrchain.planning.description import describe
+    from nrchain.planning.description import effect_rows, without_effect
 
-    description = describe(trajectory.scene)
+    simulated, left_out = effect_rows(trajectory.scene)
     table = plain_table("", "effect", "details")
     for heading, effects in (
-        ("simulated", description.simulated),
-        ("left out", description.left_out),
-        ("without effect", description.without_effect),
+        ("simulated", simulated),
+        ("left out", left_out),
+        ("without effect", without_effect(trajectory.scene)),
     ):
         for row, (effect, line) in enumerate(effects):
             table.add_row(heading if row == 0 else "", effect, line)

@@ -40,6 +40,12 @@ class Description:
 
 def describe(scene: Scene) -> Description:
     """The effects that a scene simulates, those it leaves out, and warnings about its run."""
+    simulated, left_out = effect_rows(scene)
+    return Description(simulated, left_out, warnings(scene), without_effect(scene))
+
+
+def effect_rows(scene: Scene) -> tuple[list[Row], list[Row]]:
+    """The effects that a scene simulates, and those it leaves out."""
     simulated: list[Row] = []
     left_out: list[Row] = []
     for effect in effects():
@@ -57,7 +63,7 @@ def describe(scene: Scene) -> Description:
     left_out.append(("other effects", "Brownian motion"))
     run = scene.run
     simulated.append(("integrator", f"{run.integrator}, rtol {run.rtol:g}, atol {run.atol:g}"))
-    return Description(simulated, left_out, warnings(scene), without_effect(scene))
+    return simulated, left_out
 
 
 def _describe_slip(scene: Scene, simulated: list[Row], left_out: list[Row]) -> None:

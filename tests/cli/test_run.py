@@ -7,7 +7,7 @@ import nrchain.run.simulation
 from nrchain.cli.exits import REFUSED, STOPPED
 from nrchain.cli.summary import PICTURE
 from nrchain.errors import TrajectoryError
-from nrchain.planning import description
+from nrchain.planning import description, regime
 from nrchain.run.interruption import INTERRUPTED
 from nrchain.scene.loading import load_scene
 from nrchain.trajectory.file import FILE_NAME
@@ -34,6 +34,15 @@ def test_a_key_without_effect_is_named_before_the_run(tmp_path, stub):
     result = call("run", "passive", "-o", tmp_path, "--set", "slip.neighbours=2")
     assert "note: slip.neighbours has no effect: no mode has a strength" in result.stderr
     assert "without effect" in result.stdout
+
+
+def test_a_run_judges_its_chain_once(tmp_path, monkeypatch):
+    judged = []
+    judge = regime.judge
+    monkeypatch.setattr(regime, "judge", lambda scene: judged.append(scene) or judge(scene))
+    result = call("run", "buckling", "-o", tmp_path, "--set", "run.max_steps=1")
+    assert "left out" in result.stdout
+    assert len(judged) == 1
 
 
 def test_changes_reach_the_scene(tmp_path, stub):
@@ -77,8 +86,8 @@ def test_effects_chosen_by_tolerance_are_printed(tmp_path, stub):
 
 
 def test_brackets_are_not_markup(tmp_path, stub, monkeypatch):
-    odd = description.Description([("[red]effect", ":smile: [/x]")], [], [])
-    monkeypatch.setattr(description, "describe", lambda scene: odd)
+    odd = [("[red]effect", ":smile: [/x]")]
+    monkeypatch.setattr(description, "effect_rows", lambda scene: (odd, []))
     result = call("run", "passive", "-o", tmp_path)
     assert "[red]effect" in result.stdout
     assert ":smile: [/x]" in result.stdout

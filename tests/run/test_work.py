@@ -16,6 +16,7 @@ from nrchain.accuracy.plan_effects import plan_effects
 from nrchain.accuracy.timing import predict_cost
 from nrchain.cli.app import app
 from nrchain.planning.counted_work import evaluation_work
+from nrchain.run.counters import Counters
 from nrchain.run.work import (
     LAPS,
     LARGEST_FACTOR,
@@ -180,6 +181,18 @@ def test_watching_and_writing_are_not_part_of_the_cost(monkeypatch, tmp_path):
         run = nrchain.simulate(SCENE, output=tmp_path / "run.h5", progress=spend(lambda _: None))
         assert processor.now > processor.truth + 50.0
     assert cost_of(run).seconds == processor.truth
+
+
+def test_a_run_in_memory_reads_its_counters_as_often_with_more_snapshots(monkeypatch):
+    read = []
+    table = Counters.table
+    monkeypatch.setattr(Counters, "table", lambda self: read.append(1) or table(self))
+    often = []
+    for snapshots in (3, 41):
+        read.clear()
+        nrchain.simulate(nrchain.load_scene(SCENE, **{"run.snapshots": snapshots}))
+        often.append(len(read))
+    assert often[0] == often[1]
 
 
 def test_compilation_on_a_busy_processor_changes_the_cost_by_a_bounded_factor():
