@@ -11,7 +11,14 @@ NumPy.
 
 from __future__ import annotations
 
-from validation.performance import effects_left_out, equal_error, growth, pair_sums, spinning
+from validation.performance import (
+    effects_left_out,
+    ensembles,
+    equal_error,
+    growth,
+    pair_sums,
+    spinning,
+)
 from validation.report.recorder import Recorder
 
 
@@ -38,6 +45,8 @@ def study(recorder: Recorder) -> None:
     effects_left_out.compare(recorder)
     recorder.step("spinning chains")
     spinning.compare(recorder)
+    recorder.step("ensembles")
+    ensembles.compare(recorder)
     recorder.step("cost against N")
     growth.cost(recorder)
     recorder.step("memory")
