@@ -15,6 +15,7 @@ from nrchain.scene.scene import Scene
 from nrchain.trajectory import layout as h5md
 from nrchain.trajectory.checked_datasets import dataset
 from nrchain.trajectory.reader import finished_snapshots, snapshot_rows
+from nrchain.trajectory.rows import Rows
 
 
 class SnapshotSeries:
@@ -24,17 +25,18 @@ class SnapshotSeries:
         particles = scene.chain.particles
         # kept, because looking them up costs as much as writing a snapshot of a small chain
         self._file = file
-        self._positions = snapshot_rows(file, f"{h5md.POSITION}/value", (particles, 3))
-        self._frames = snapshot_rows(file, f"{h5md.FRAME}/value", (particles, 3, 3))
-        self._steps = snapshot_rows(file, f"{h5md.POSITION}/step", (), "i")
-        self._times = snapshot_rows(file, f"{h5md.POSITION}/time", ())
-        # H5MD wants an edge in each direction, although the box has none across the chain
-        self._edges = (
-            snapshot_rows(file, f"{h5md.EDGES}/value", (3,)) if h5md.EDGES in file else None
-        )
+        self._positions = Rows(snapshot_rows(file, f"{h5md.POSITION}/value", (particles, 3)))
+        self._frames = Rows(snapshot_rows(file, f"{h5md.FRAME}/value", (particles, 3, 3)))
+        self._steps = Rows(snapshot_rows(file, f"{h5md.POSITION}/step", (), "i"))
+        self._times = Rows(snapshot_rows(file, f"{h5md.POSITION}/time", ()))
+        self._all = [self._positions, self._frames, self._steps, self._times]
+        self._edges = None
+        if h5md.EDGES in file:
+            # H5MD wants an edge in each direction, although the box has none across the chain
+            self._edges = Rows(snapshot_rows(file, f"{h5md.EDGES}/value", (3,)))
+            self._all.append(self._edges)
         self._length = scene.length
-        self._finished = dataset(file, h5md.FINISHED, (1,), "i")
-        self._all = [file[name] for name in h5md.snapshot_series(file)]
+        self._finished = Rows(dataset(file, h5md.FINISHED, (1,), "i"))
         self.count = finished_snapshots(file)
         self.cut(self.count)
 
@@ -44,24 +46,24 @@ class SnapshotSeries:
         """Whether snapshot ``index`` is finished and equal to this one to the last bit."""
         return (
             index < self.count
-            and self._times[index] == time
-            and self._steps[index] == step
-            and np.array_equal(self._positions[index], positions)
-            and np.array_equal(self._frames[index], frames)
+            and self._times.data[index] == time
+            and self._steps.data[index] == step
+            and np.array_equal(self._positions.data[index], positions)
+            and np.array_equal(self._frames.data[index], frames)
         )
 
     def append(self, time: float, positions: np.ndarray, frames: np.ndarray, step: int) -> None:
         """Add one snapshot. Readers of the file see it once this returns."""
         try:
             for series in self._all:
-                series.resize(self.count + 1, axis=0)
-            self._positions[self.count] = positions
-            self._frames[self.count] = frames
-            self._steps[self.count] = step
+                series.resize(self.count + 1)
+            self._positions.write(self.count, positions)
+            self._frames.write(self.count, frames)
+            self._steps.write(self.count, step)
             if self._edges is not None:
-                self._edges[self.count] = self._length
-            self._times[self.count] = time
-            self._finished[0] = self.count + 1
+                self._edges.write(self.count, self._length)
+            self._times.write(self.count, time)
+            self._finished.write(0, self.count + 1)
         except BaseException:
             self.cut(self.count)
             raise
@@ -70,11 +72,11 @@ class SnapshotSeries:
 
     def cut(self, count: int) -> None:
         """Keep only the first ``count`` snapshots."""
-        if any(len(series) > count for series in self._all):
+        if any(len(series.data) > count for series in self._all):
             # HDF5 erases data beyond a size before it sets the size
-            self._finished[0] = count
+            self._finished.write(0, count)
             self._file.flush()
             for series in self._all:
-                series.resize(count, axis=0)
+                series.resize(count)
             self._file.flush()
         self.count = count

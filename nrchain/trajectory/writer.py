@@ -32,6 +32,7 @@ from nrchain.trajectory.data_file import DataFile
 from nrchain.trajectory.file import create, file_errors, locate, lock_existing, open_file
 from nrchain.trajectory.layout import COUNTERS
 from nrchain.trajectory.reader import read_choice, read_fields, read_scene
+from nrchain.trajectory.rows import write_whole
 from nrchain.trajectory.snapshots import SnapshotSeries
 from nrchain.trajectory.trajectory import Trajectory
 from nrchain.trajectory.write_lock import WriteLock
@@ -153,7 +154,7 @@ class TrajectoryWriter:
         counts = counter_numbers(merged)
         with file_errors(self.path, "cannot be written"):
             self._refuse_cut()
-            self._counts[:] = counts
+            write_whole(self._counts, counts)
         self._counters = merged
 
     def mark(self, status: str, reason: str = "", cause: Cause | None = None) -> None:

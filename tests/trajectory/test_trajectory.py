@@ -19,7 +19,7 @@ from nrchain.errors import SceneError, TrajectoryError
 from nrchain.outcome import Cause
 from nrchain.run.simulation import resume, simulate
 from nrchain.scene.loading import load_scene
-from nrchain.trajectory import new_file
+from nrchain.trajectory import new_file, rows
 from nrchain.trajectory import writer as trajectory_writer
 from nrchain.trajectory.checkpoint import Checkpoint
 from nrchain.trajectory.file import FILE_NAME, open_file
@@ -157,16 +157,16 @@ def test_a_snapshot_that_is_written_again_stays_and_another_one_is_the_last(path
 
 
 def test_a_snapshot_that_cannot_be_written_does_not_count(path, monkeypatch):
-    assign = h5py.Dataset.__setitem__
+    put = rows.put
 
-    def full(dataset, place, value):
+    def full(dataset, *what):
         if dataset.name.endswith("frame/value"):
             raise OSError(28, "No space left on device")
-        assign(dataset, place, value)
+        put(dataset, *what)
 
     with TrajectoryWriter(path, make_scene(), TIMES) as writer:
         write(writer, 0)
-        monkeypatch.setattr(h5py.Dataset, "__setitem__", full)
+        monkeypatch.setattr(rows, "put", full)
         with pytest.raises(TrajectoryError, match="No space left"):
             write(writer, 1)
         monkeypatch.undo()
@@ -568,20 +568,24 @@ def test_the_two_checkpoints_take_turns(path):
 
 def test_every_mark_is_written_between_two_flushes(path, monkeypatch):
     events = []
-    flush, assign = h5py.File.flush, h5py.Dataset.__setitem__
+    flush = h5py.File.flush
 
     def logging_flush(file):
         events.append("flush")
         flush(file)
 
-    def logging_assign(dataset, place, value):
-        events.append(dataset.name.split("/")[-1])
-        assign(dataset, place, value)
+    def logging(write):
+        def log_and_write(dataset, *what):
+            events.append(dataset.name.split("/")[-1])
+            write(dataset, *what)
+
+        return log_and_write
 
     with TrajectoryWriter(path, make_scene(), TIMES) as writer:
         size = path.stat().st_size
         monkeypatch.setattr(h5py.File, "flush", logging_flush)
-        monkeypatch.setattr(h5py.Dataset, "__setitem__", logging_assign)
+        for place, name in ((h5py.Dataset, "__setitem__"), (rows, "put")):
+            monkeypatch.setattr(place, name, logging(getattr(place, name)))
         for index in (0, 1, 1):
             write(writer, index)
             writer.checkpoint(checkpoint(index))

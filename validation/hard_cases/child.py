@@ -23,6 +23,7 @@ import h5py
 
 from nrchain import Scene, Trajectory, TrajectoryError, simulate
 from nrchain import resume as resume_run
+from nrchain.trajectory import rows
 from validation.hard_cases.outputs import on_small_disk, plain
 
 Answer = dict[str, Any]
@@ -72,15 +73,21 @@ def kill(scene: str, paths: list[str], places: list[int], seconds: list[float]) 
 @contextmanager
 def _watching(written: list[str], kill_at: int = 0) -> Iterator[None]:
     """Append the name of each data set written to ``written``; kill the process at ``kill_at``."""
-    write_item = h5py.Dataset.__setitem__
 
-    def counted(dataset: Any, where: Any, values: Any) -> None:
-        written.append(dataset.name)
-        if len(written) == kill_at:
-            os.kill(os.getpid(), signal.SIGKILL)
-        write_item(dataset, where, values)
+    def counted(write: Callable[..., None]) -> Callable[..., None]:
+        def count_and_write(dataset: Any, *what: Any) -> None:
+            written.append(dataset.name)
+            if len(written) == kill_at:
+                os.kill(os.getpid(), signal.SIGKILL)
+            write(dataset, *what)
 
-    with patch.object(h5py.Dataset, "__setitem__", counted):
+        return count_and_write
+
+    # snapshots and counters are rows, the rest are items
+    with (
+        patch.object(rows, "put", counted(rows.put)),
+        patch.object(h5py.Dataset, "__setitem__", counted(h5py.Dataset.__setitem__)),
+    ):
         yield
 
 

@@ -1,0 +1,59 @@
+"""Rows of a data set, written one at a time by the calls of HDF5 itself.
+
+A snapshot of a small chain is a few rows of some kilobytes. The indexing of h5py takes several
+times as long to find their place as HDF5 takes to write them.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+
+class Rows:
+    """The rows ``(…)`` of an open data set ``(T, …)``.
+
+    >>> import h5py
+    >>> file = h5py.File("rows", "w", driver="core", backing_store=False)
+    >>> data = file.create_dataset("data", (0, 2), maxshape=(None, 2))
+    >>> rows = Rows(data)
+    >>> rows.resize(2)
+    >>> rows.write(1, [3.0, 4.0])
+    >>> data[1]
+    array([3., 4.], dtype=float32)
+    """
+
+    def __init__(self, data: Any) -> None:
+        from h5py import h5s
+
+        self.data = data
+        self._block = (1, *data.shape[1:])
+        self._origin = (0,) * len(data.shape[1:])
+        self._memory = h5s.create_simple(self._block)
+
+    def resize(self, count: int) -> None:
+        """Set the number of rows."""
+        self.data.id.set_extent((count, *self._block[1:]))
+
+    def write(self, index: int, values: ArrayLike) -> None:
+        """Write row ``index``; values of fewer axes are repeated."""
+        place = self.data.id.get_space()
+        place.select_hyperslab((index, *self._origin), self._block)
+        row = np.empty(self._block, self.data.dtype)
+        row[0] = values
+        put(self.data, self._memory, place, row)
+
+
+def write_whole(data: Any, values: ArrayLike) -> None:
+    """Write all numbers of an open data set."""
+    from h5py import h5s
+
+    row = np.ascontiguousarray(values, data.dtype).reshape(data.shape)
+    put(data, h5s.ALL, h5s.ALL, row)
+
+
+def put(data: Any, memory: Any, place: Any, values: np.ndarray) -> None:
+    """Write ``values``, laid out as ``memory``, to a place of a data set."""
+    data.id.write(memory, place, values)
