@@ -17,12 +17,12 @@ class Rows:
 
     >>> import h5py
     >>> file = h5py.File("rows", "w", driver="core", backing_store=False)
-    >>> data = file.create_dataset("data", (0, 2), maxshape=(None, 2))
+    >>> data = file.create_dataset("data", (0, 2), float, maxshape=(None, 2))
     >>> rows = Rows(data)
     >>> rows.resize(2)
     >>> rows.write(1, [3.0, 4.0])
     >>> data[1]
-    array([3., 4.], dtype=float32)
+    array([3., 4.])
     """
 
     def __init__(self, data: Any) -> None:
