@@ -36,6 +36,9 @@ LINE: dict[str, Any] = {
 
 DOTS_PER_INCH = 200
 
+COMPRESSION = 3
+"""Level of compression of PNG files: faster than the usual 6, for files an eighth larger."""
+
 UNKNOWN = "□"
 """Replaces a letter that no font has."""
 
@@ -148,9 +151,9 @@ def _style_grid(axes: Any, axis: Any) -> None:
         axis.grid(True, which="major", alpha=1.0, **look)
 
 
-def write_title(axes: Any, text: str, pad: float = 6.0) -> None:
+def write_title(axes: Any, text: str, pad: float = 6.0, slant: str = "normal") -> None:
     """Write a title above axes, in the size of labels."""
-    look = {"fontsize": LABEL, "fontweight": "normal", "color": INK}
+    look = {"fontsize": LABEL, "fontweight": "normal", "fontstyle": slant, "color": INK}
     axes.set_title(text, loc="center", pad=pad, y=1.0, **look)
 
 
@@ -179,16 +182,19 @@ def save(figure: Any, path: Path, crop: Any = None) -> None:
 
     settle(figure)
     box = Bbox.from_bounds(0, 0, *figure.get_size_inches()) if crop is None else crop
+    ending = path.suffix[1:].lower()
+    options = {"pil_kwargs": {"compress_level": COMPRESSION}} if ending == "png" else {}
     with file_errors(path, "cannot be drawn"):
         figure.savefig(
             path,
-            format=path.suffix[1:].lower(),
+            format=ending,
             dpi=DOTS_PER_INCH,
             facecolor=PAPER,
             edgecolor=PAPER,
             transparent=False,
             bbox_inches=box,
             pad_inches=0.1,
+            **options,
         )
 
 
@@ -204,6 +210,9 @@ def settle(figure: Any) -> None:
             # creates the first tick, from which all others copy their look
             getattr(axes, f"{name}axis").get_ticklabels(which="both")
     for part in figure.findobj():
-        part.set(sketch_params=None, path_effects=[])
+        part.set_sketch_params(None)
+        part.set_path_effects([])
         if isinstance(part, Text):
-            part.set(usetex=False, parse_math=True, math_fontfamily="cm")
+            part.set_usetex(False)
+            part.set_parse_math(True)
+            part.set_math_fontfamily("cm")

@@ -67,7 +67,7 @@ class Viewport:
     def note(self) -> str:
         """The factor by which y and z are stretched, in words; empty where they are not."""
         factor = float(f"{self.across / self.along:.2g}")
-        return f"$y$, $z$ stretched {factor:g} times" if self.stretched else ""
+        return f"y, z stretched {factor:g} times" if self.stretched else ""
 
     def limits(self, axis: int, inches: float, scale: float) -> tuple[float, float]:
         """The ends of an axis of so many inches, drawn at ``scale``."""
@@ -98,9 +98,11 @@ def label_axes(
     for name, direction, size, scale in zip(AXES, shown, inches, scales, strict=False):
         axes.set(
             **{
-                f"{name}label": f"${AXES[direction]}/a$",
+                f"{name}label": f"{AXES[direction]}/a",
                 f"{name}lim": view.limits(direction, size, scale),
             }
         )
         axis = getattr(axes, f"{name}axis")
+        # italics in place of mathematics, whose parser takes longer than the rest of the picture
+        axis.label.set_style("italic")
         axis.set_major_locator(MaxNLocator(7 if size > 4 else 4, steps=[1, 2, 2.5, 5, 10]))

@@ -54,11 +54,11 @@ class Picture:
         words = [
             modes_text(scene.slip),
             f"{scene.chain.ends} ends",
-            f"$N$ = {scene.chain.particles}",
+            f"N = {scene.chain.particles}",
         ]
         if len(trajectory.time) == 1 or trajectory.status == "stopped":
             stopped = "stopped at " * (trajectory.status == "stopped")
-            words.append(f"{stopped}$t$ = {trajectory.time[-1]:.4g}")
+            words.append(f"{stopped}t = {trajectory.time[-1]:.4g}")
         if self.note:
             words.append(self.note)
         title = letters(scene.title)
@@ -87,7 +87,7 @@ class Picture:
         axes.set_yticks(labelled, [f"{t:.4g}" for t in times[labelled]])
         axes.yaxis.tick_right()
         axes.tick_params(length=0, pad=3)
-        write_title(axes, "$t$", pad=5)
+        write_title(axes, "t", pad=5, slant="italic")
 
     def save(self, path: Path) -> None:
         """Write the file; a title that runs out of the figure widens it."""
