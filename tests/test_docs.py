@@ -84,7 +84,7 @@ def commands_of(page):
     shown += re.findall(r"`([^`]*)`", re.sub(r"```.*?```", "", text_of(page), flags=re.S))
     for line in shown:
         words = shlex.split(line.replace("\\|", "|"), comments=True)
-        words = [word for word in words if word not in ("...]", "[--overwrite]")]
+        words = [word for word in words if word not in ("...]", "[--overwrite]", "[--verify]")]
         words = [GENERIC.get(word, word) for word in words]
         if words[:1] == ["nrchain"] and len(words) > 1:
             yield [word.strip("[]") for word in words]

@@ -14,6 +14,7 @@ from statistics import median
 import numpy as np
 
 from nrchain.errors import SceneError
+from nrchain.geometry.distances import pose_distances
 from nrchain.notices import ignore
 from nrchain.outcome import Cause
 from nrchain.planning.counted_work import evaluation_work
@@ -87,23 +88,18 @@ def distance(trajectory: Trajectory, reference: Trajectory) -> tuple[float, floa
     """
     if not np.array_equal(trajectory.time, reference.time):
         return math.inf, math.inf
-    apart = np.linalg.norm(trajectory.positions - reference.positions, axis=-1)
-    between = np.einsum("tnak,tnam->tnkm", trajectory.frames, reference.frames)
-    sine = np.linalg.norm(
-        [between[..., (k + 2) % 3, (k + 1) % 3] - between[..., (k + 1) % 3, (k + 2) % 3]
-         for k in range(3)],
-        axis=0,
-    )  # fmt: skip
-    cosine = np.trace(between, axis1=-2, axis2=-1) - 1.0
-    radius = reference.scene.chain.radius
-    return float(apart.max() / radius), float(np.arctan2(sine, cosine).max())
+    poses, others = ((one.positions, one.frames) for one in (trajectory, reference))
+    apart, turned = pose_distances(poses, others)
+    return float(apart.max() / reference.scene.chain.radius), float(turned.max())
 
 
 def simulate_quietly(
     scene: Scene, progress: Callable[[Progress], None] | None = None
 ) -> Trajectory:
-    """A run in memory, without warnings of settings that are tried only to be measured."""
-    return simulate_in_memory(check_start(scene), progress, ignore)
+    """A run in memory, only to be measured: without warnings, and without ``run.verify``."""
+    start = check_start(scene)
+    alone = replace(start.scene, run=replace(start.scene.run, verify=False))
+    return simulate_in_memory(replace(start, scene=alone), progress, ignore)
 
 
 def run_timed(scene: Scene) -> tuple[Trajectory, RunCost]:

@@ -31,6 +31,9 @@ def run(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace an existing result.")
     ] = False,
+    verify: Annotated[
+        bool, typer.Option("--verify", help="Estimate the error at each snapshot (run.verify).")
+    ] = False,
 ) -> None:
     """Simulate a scene, and write its trajectory and a picture."""
     with no_collection():
@@ -43,7 +46,7 @@ def run(
 
     place = output or RUNS / Path(scene).stem
     folder, file = output_file(place, overwrite)
-    loaded, choice = load(scene, changes)
+    loaded, choice = load(scene, [*(changes or ()), *["run.verify=true"] * verify])
     with no_collection():
         # an integrator imports its library when it is looked up
         find_integrator(loaded.run.integrator)

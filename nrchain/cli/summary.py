@@ -9,7 +9,7 @@ import typer
 
 from nrchain.cli.exits import STOPPED, show_if_possible
 from nrchain.cli.garbage import no_collection
-from nrchain.cli.tables import counters_table, effects_table
+from nrchain.cli.tables import ERRORS_NOTE, counters_table, effects_table, errors_table
 from nrchain.cli.terminal import note, report
 
 if TYPE_CHECKING:
@@ -25,6 +25,9 @@ def finish(trajectory: Trajectory) -> None:
     picture = _draw(trajectory)
     show_if_possible(counters_table(trajectory), whole=True)
     show_if_possible(DEFINITION, soft_wrap=True)
+    if trajectory.position_error is not None:
+        show_if_possible(errors_table(trajectory))
+        show_if_possible(ERRORS_NOTE, soft_wrap=True)
     show_if_possible(effects_table(trajectory))
     if trajectory.path:
         show_if_possible(f"trajectory  {trajectory.path}", soft_wrap=True)

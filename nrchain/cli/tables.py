@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from rich import box
@@ -15,6 +16,14 @@ if TYPE_CHECKING:
     from nrchain.accuracy.timing import Measured
     from nrchain.planning.plan import Plan
     from nrchain.trajectory.trajectory import Trajectory
+
+ERROR_ROWS = 6
+"""Most rows of the table of errors; the file has the errors of all snapshots."""
+
+ERRORS_NOTE = (
+    "errors are the distance from a second run with a tenth of the tolerances, the largest over the"
+    " spheres"
+)
 
 
 def plain_table(*columns: str) -> Table:
@@ -41,6 +50,27 @@ def counters_table(trajectory: Trajectory) -> Table:
         table.add_column(title, justify="right")
     table.add_row(*entries.values())
     return table
+
+
+def errors_table(trajectory: Trajectory) -> Table:
+    """The estimated errors of a verified run, at up to :data:`ERROR_ROWS` of its times."""
+    table = plain_table()
+    for title in ("t", "error of\npositions (a)", "error of\nframes (rad)"):
+        table.add_column(title, justify="right")
+    last, radius = len(trajectory.time) - 1, trajectory.scene.chain.radius
+    rows = sorted({round(k * last / (ERROR_ROWS - 1)) for k in range(ERROR_ROWS)})
+    assert trajectory.position_error is not None
+    assert trajectory.frame_error is not None
+    for row in rows:
+        errors = trajectory.position_error[row] / radius, trajectory.frame_error[row]
+        table.add_row(f"{trajectory.time[row]:.6g}", *map(_error, errors))
+    return table
+
+
+def _error(error: float) -> str:
+    if math.isnan(error):
+        return "not known"
+    return f"{error:.1e}" if error else "0"
 
 
 def _processor_time(trajectory: Trajectory) -> str:

@@ -50,9 +50,14 @@ def one_thread() -> Iterator[None]:
         _thread.single = False
 
 
+def is_alone() -> bool:
+    """Whether the calling thread sums alone."""
+    return getattr(_thread, "single", False)
+
+
 def add(compiled: Callable[[bool], Any], parallel: bool, *arguments: Any) -> None:
     """Run the kernel ``compiled(True)``, or ``compiled(False)`` where threads may not be used."""
-    if not parallel or _forked or getattr(_thread, "single", False):
+    if not parallel or _forked or is_alone():
         compiled(False)(*arguments)
     elif layer() in ANY_THREAD:
         compiled(True)(*arguments)

@@ -14,6 +14,7 @@ from functools import partial
 
 import numpy as np
 
+from nrchain.geometry.distances import pose_distances
 from nrchain.motion.charts import TURN_LIMIT, ChartedChain
 from nrchain.motion.contact import PoseLimits
 from nrchain.motion.integrators.base import IntegrationError
@@ -230,13 +231,5 @@ class SharedStepRun:
 
 def largest_distance(poses: Poses, others: Poses, radius: float) -> tuple[float, float]:
     """max |r − r′|/a and max ∠(frame, frame′) over the spheres, in radii and radians."""
-    distance = np.linalg.norm(poses[0] - others[0], axis=-1).max() / radius
-    between = np.einsum("nak,nam->nkm", poses[1], others[1])
-    sine = np.sqrt(
-        sum(
-            (between[:, (k + 2) % 3, (k + 1) % 3] - between[:, (k + 1) % 3, (k + 2) % 3]) ** 2
-            for k in range(3)
-        )
-    )
-    cosine = np.trace(between, axis1=-2, axis2=-1) - 1.0
-    return float(distance), float(np.arctan2(sine, cosine).max())
+    apart, turned = pose_distances(poses, others)
+    return float(apart.max() / radius), float(turned.max())

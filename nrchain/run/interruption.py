@@ -20,6 +20,9 @@ INTERRUPTED = 130
 PATIENCE = 1.0
 """Seconds after the first signal from which on a second one ends the step under way."""
 
+GLANCE = 0.1
+"""Seconds between two looks for an interruption while a thread waits for another."""
+
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _DEFAULTS = (signal.default_int_handler, signal.SIG_DFL)
 
@@ -66,7 +69,7 @@ def leave_on_signals() -> None:
 
 
 class Interruption:
-    """The first signal that has arrived."""
+    """The first signal that has arrived, or what else interrupts a run."""
 
     def __init__(self) -> None:
         self._name = ""
@@ -77,6 +80,10 @@ class Interruption:
     def name(self) -> str:
         """What interrupts the run; empty if nothing does."""
         return self._name
+
+    def interrupt(self, name: str) -> None:
+        """Interrupt the run at its next step."""
+        self._name = name
 
     def note(self, number: int, frame: object) -> None:
         """Handle a signal: keep its name, or end the step under way if it is a second one."""

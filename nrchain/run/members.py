@@ -15,7 +15,7 @@ from typing import Any, Self
 import numpy as np
 
 from nrchain.hydrodynamics import sharing
-from nrchain.run.interruption import Interruption, deferred
+from nrchain.run.interruption import GLANCE, Interruption, deferred
 from nrchain.run.preparation import check_start
 from nrchain.run.simulation import simulate_in_memory, simulate_to_file
 from nrchain.scene.scene import Scene
@@ -24,8 +24,8 @@ from nrchain.trajectory.trajectory import Trajectory
 AHEAD = 2
 """Members under way, or finished and not yet taken, for each thread."""
 
-GLANCE = 0.1
-"""Seconds between two looks for a signal while waiting for a result."""
+CALLER = "the caller of simulate_many"
+"""What interrupts the runs that are under way when a loop is left early."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ class Members:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._taker.leave()
+        self._taker.interrupt(CALLER)
         for thread in self._threads:
             thread.join()
 
@@ -173,18 +173,14 @@ class _Taker(Interruption):
 
     def __init__(self) -> None:
         super().__init__()
-        self._left = False
         self.stay()
 
     def stay(self) -> None:
         """Note the thread that asks for a result."""
         self._thread = threading.current_thread()
 
-    def leave(self) -> None:
-        """Interrupt the runs at their next steps."""
-        self._left = True
-
     @property
     def name(self) -> str:
-        ended = not (self._thread.is_alive() or threading.main_thread().is_alive())
-        return "the caller of simulate_many" if self._left or ended else ""
+        if not (self._thread.is_alive() or threading.main_thread().is_alive()):
+            self.interrupt(CALLER)
+        return super().name

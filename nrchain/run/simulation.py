@@ -18,6 +18,7 @@ from nrchain.run.output import output_file
 from nrchain.run.preparation import Start, check_start, prepare
 from nrchain.run.recording import Progress, snapshot_times
 from nrchain.run.resumption import start_from_checkpoint
+from nrchain.run.verification import verified
 from nrchain.scene.scene import Scene
 from nrchain.trajectory.file import locate, lock_existing
 from nrchain.trajectory.recorder import MemoryRecorder, Recorder
@@ -179,8 +180,11 @@ def _run(
     interruption: Interruption,
     report: Report = warn,
 ) -> Stop | None:
-    with interruption.second_at_once():
-        return prepare(start, recorder, progress, interruption, report).run()
+    with (
+        interruption.second_at_once(),
+        verified(start, recorder, interruption, report) as records,
+    ):
+        return prepare(start, records, progress, interruption, report).run()
 
 
 def _finish(writer: TrajectoryWriter, stop: Stop | None) -> Trajectory:

@@ -12,7 +12,7 @@ from typing import Annotated, ClassVar, Literal
 
 from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.inputs.arrays import GivenArray, array_of
-from nrchain.inputs.rules import Section, choice, number, optional, whole
+from nrchain.inputs.rules import Section, choice, flag, number, optional, whole
 
 Ends = Literal["free", "clamped", "periodic"]
 Measure = Literal["paper", "isotropic"]
@@ -21,6 +21,12 @@ Shape = Literal["straight", "sine", "helix-left", "helix-right", "random", "give
 
 POSES = ("positions", "frames")
 """The keys of ``[start]`` that are arrays."""
+
+LEAST_TOLERANCE = 1e-14
+"""Of ``run.rtol`` and ``run.atol``."""
+
+TIGHTER = 10.0
+"""What ``run.verify`` divides both tolerances by."""
 
 _ROUNDED = (
     "coordinates are rounded to 1e-16 of their size, and the integrator accepts no step that must"
@@ -131,14 +137,28 @@ class RunSpec(Section):
     errors of all steps add up. ``atol`` must be at least 1e-14: coordinates of the size of a radius
     hold no more digits, and steps would shrink without end.
 
+    ``verify`` estimates the error at each snapshot, from a second run with both tolerances divided
+    by :data:`TIGHTER`.
+
     ``max_steps`` and ``max_seconds`` limit one run, or one resumption of it.
     """
 
     path: ClassVar[str] = "run"
     end: Annotated[float, number(above=0)]
     snapshots: Annotated[int, whole(least=2)] = 101
-    rtol: Annotated[float, number(least=1e-14, most=1e-1)] = 1e-7
-    atol: Annotated[float, number(least=1e-14, most=1e-1, reason=_ROUNDED)] = 1e-7
+    rtol: Annotated[float, number(least=LEAST_TOLERANCE, most=1e-1)] = 1e-7
+    atol: Annotated[float, number(least=LEAST_TOLERANCE, most=1e-1, reason=_ROUNDED)] = 1e-7
     integrator: Annotated[Integrator, choice(Integrator)] = "cvode"
     max_steps: Annotated[int | None, optional(whole(least=1))] = None
     max_seconds: Annotated[float | None, optional(number(above=0))] = None
+    verify: Annotated[bool, flag()] = False
+
+    def check(self) -> None:
+        for name in ("rtol", "atol") if self.verify else ():
+            tolerance, least = getattr(self, name), TIGHTER * LEAST_TOLERANCE
+            if tolerance < least:
+                allowed = (
+                    f"must be at least {least:g} with run.verify, which runs the scene again with "
+                    f"run.{name} / {TIGHTER:g}"
+                )
+                raise SceneError(self.key(name), tolerance, allowed)

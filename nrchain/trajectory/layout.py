@@ -4,6 +4,8 @@
     /particles/trajectory/box      periodic along x, with edges (T, 3), or none
     /particles/trajectory/position value (T, N, 3), time (T,), step (T,)
     /particles/trajectory/frame    value (T, N, 3, 3), the same time and step by hard links
+    /observables/trajectory        with run.verify: position_error and frame_error, each with value
+                                   (T,) and the same time and step
     /parameters                    scene (its TOML text), effects that act, versions (of the
                                    packages that ran it), choice (JSON: the effects that
                                    effects = "auto" left out), and start, where the scene is given
@@ -28,6 +30,12 @@ GROUP = "particles/trajectory"
 POSITION = f"{GROUP}/position"
 FRAME = f"{GROUP}/frame"
 EDGES = f"{GROUP}/box/edges"
+ERRORS = {
+    "position_error": "observables/trajectory/position_error",
+    "frame_error": "observables/trajectory/frame_error",
+}
+"""The estimated errors of a run with ``run.verify``."""
+
 SCENE = "parameters/scene"
 STARTS = {"positions": "parameters/start/position", "frames": "parameters/start/frame"}
 """The keys of ``[start]`` that the file keeps as arrays."""
@@ -73,7 +81,8 @@ MDAnalysis, read only files whose units they know."""
 def snapshot_series(file: Any) -> list[str]:
     """The names of the data sets with one row for each snapshot."""
     names = [f"{POSITION}/value", f"{FRAME}/value", f"{POSITION}/step", f"{POSITION}/time"]
-    return [*names, f"{EDGES}/value"] if EDGES in file else names
+    more = [f"{element}/value" for element in (EDGES, *ERRORS.values()) if element in file]
+    return names + more
 
 
 def replace_text(file: Any, name: str, text: str) -> None:

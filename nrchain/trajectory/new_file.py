@@ -33,6 +33,7 @@ from nrchain.trajectory.layout import (
     COUNTS,
     EDGES,
     EFFECTS,
+    ERRORS,
     FINISHED,
     FRAME,
     GROUP,
@@ -159,8 +160,11 @@ def _allocate(file: Any, scene: Scene, times: np.ndarray) -> None:
     _new_series(file, f"{POSITION}/step", (snapshots,), np.int64)
     _new_series(file, f"{FRAME}/value", (snapshots, particles, 3, 3))
     _allocate_box(file, scene, snapshots)
-    for element in [FRAME, EDGES][: 1 + (EDGES in file)]:
-        for name in ("time", "step"):
+    if scene.run.verify:
+        for element, unit in zip(ERRORS.values(), (LENGTH, ""), strict=True):
+            _new_series(file, f"{element}/value", (snapshots,), unit=unit)
+    for element in (FRAME, EDGES, *ERRORS.values()):
+        for name in ("time", "step") if element in file else ():
             file[f"{element}/{name}"] = file[f"{POSITION}/{name}"]
 
     file.create_dataset(PLANNED, data=times)

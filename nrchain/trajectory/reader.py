@@ -34,6 +34,11 @@ def read_fields(file: Any) -> dict[str, Any]:
         "reason": " ".join(reason.split()),
         "cause": read_code(file, h5md.CAUSE, h5md.CAUSES),
         "choice": read_choice(file),
+        **{
+            name: snapshot_rows(file, f"{element}/value", ())[:count]
+            for name, element in h5md.ERRORS.items()
+            if element in file
+        },
     }
 
 

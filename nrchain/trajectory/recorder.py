@@ -12,6 +12,7 @@ from nrchain.outcome import Stop
 from nrchain.scene.memory import refuse_snapshots
 from nrchain.scene.scene import Scene
 from nrchain.trajectory.checkpoint import Checkpoint
+from nrchain.trajectory.error_estimate import NOT_KNOWN, ErrorEstimate
 from nrchain.trajectory.trajectory import Trajectory
 
 
@@ -24,10 +25,17 @@ class Recorder(Protocol):
         Whether what is written remains if the run is killed: then counters go with every snapshot.
     """
 
-    outlives_run: ClassVar[bool]
+    @property
+    def outlives_run(self) -> bool: ...
 
     def write(
-        self, index: int, time: float, positions: np.ndarray, frames: np.ndarray, step: int
+        self,
+        index: int,
+        time: float,
+        positions: np.ndarray,
+        frames: np.ndarray,
+        step: int,
+        error: ErrorEstimate | None = None,
     ) -> None: ...
 
     def checkpoint(self, checkpoint: Checkpoint) -> None: ...
@@ -49,12 +57,21 @@ class MemoryRecorder:
         self.time = np.full(snapshots, np.nan)
         self.positions = np.empty((snapshots, count, 3))
         self.frames = np.empty((snapshots, count, 3, 3))
+        self.errors = np.full((snapshots, 2), NOT_KNOWN) if scene.run.verify else None
         self.counters: dict[str, float] = {}
 
     def write(
-        self, index: int, time: float, positions: np.ndarray, frames: np.ndarray, step: int
+        self,
+        index: int,
+        time: float,
+        positions: np.ndarray,
+        frames: np.ndarray,
+        step: int,
+        error: ErrorEstimate | None = None,
     ) -> None:
         self.positions[index], self.frames[index], self.time[index] = positions, frames, time
+        if self.errors is not None and error is not None:
+            self.errors[index] = error
 
     def checkpoint(self, checkpoint: Checkpoint) -> None:
         """Do nothing: memory does not outlive the process."""
@@ -74,6 +91,8 @@ class MemoryRecorder:
             "stopped" if stop else "completed",
             stop.reason if stop else "",
             cause=stop.cause if stop else None,
+            position_error=None if self.errors is None else self.errors[:done, 0],
+            frame_error=None if self.errors is None else self.errors[:done, 1],
         )
 
 

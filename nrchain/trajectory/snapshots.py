@@ -14,6 +14,7 @@ import numpy as np
 from nrchain.scene.scene import Scene
 from nrchain.trajectory import layout as h5md
 from nrchain.trajectory.checked_datasets import dataset
+from nrchain.trajectory.error_estimate import ErrorEstimate
 from nrchain.trajectory.reader import finished_snapshots, snapshot_rows
 from nrchain.trajectory.rows import Rows
 
@@ -35,13 +36,25 @@ class SnapshotSeries:
             # H5MD wants an edge in each direction, although the box has none across the chain
             self._edges = Rows(snapshot_rows(file, f"{h5md.EDGES}/value", (3,)))
             self._all.append(self._edges)
+        self._errors = [
+            Rows(snapshot_rows(file, f"{element}/value", ()))
+            for element in h5md.ERRORS.values()
+            if element in file
+        ]
+        self._all += self._errors
         self._length = scene.length
         self._finished = Rows(dataset(file, h5md.FINISHED, (1,), "i"))
         self.count = finished_snapshots(file)
         self.cut(self.count)
 
     def holds(
-        self, index: int, time: float, positions: np.ndarray, frames: np.ndarray, step: int
+        self,
+        index: int,
+        time: float,
+        positions: np.ndarray,
+        frames: np.ndarray,
+        step: int,
+        error: ErrorEstimate,
     ) -> bool:
         """Whether snapshot ``index`` is finished and equal to this one to the last bit."""
         return (
@@ -50,9 +63,20 @@ class SnapshotSeries:
             and self._steps.data[index] == step
             and np.array_equal(self._positions.data[index], positions)
             and np.array_equal(self._frames.data[index], frames)
+            and all(
+                np.array_equal(series.data[index], value, equal_nan=True)
+                for series, value in zip(self._errors, error, strict=False)
+            )
         )
 
-    def append(self, time: float, positions: np.ndarray, frames: np.ndarray, step: int) -> None:
+    def append(
+        self,
+        time: float,
+        positions: np.ndarray,
+        frames: np.ndarray,
+        step: int,
+        error: ErrorEstimate,
+    ) -> None:
         """Add one snapshot. Readers of the file see it once this returns."""
         try:
             for series in self._all:
@@ -62,6 +86,8 @@ class SnapshotSeries:
             self._steps.write(self.count, step)
             if self._edges is not None:
                 self._edges.write(self.count, self._length)
+            for series, value in zip(self._errors, error, strict=False):
+                series.write(self.count, value)
             self._times.write(self.count, time)
             self._finished.write(0, self.count + 1)
         except BaseException:

@@ -47,6 +47,10 @@ class Trajectory:
         The file, if there is one.
     choice
         The effects that effects = "auto" left out, with the bound of the error.
+    position_error, frame_error
+        ``(T,)``, the estimated error of the integration: the largest over the spheres, in the
+        scene's unit of length and in radians. NaN where it is not known. None without
+        ``run.verify``.
     """
 
     time: np.ndarray
@@ -59,6 +63,8 @@ class Trajectory:
     path: Path | None = None
     cause: Cause | None = None
     choice: Choice | None = None
+    position_error: np.ndarray | None = None
+    frame_error: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "counters", Named(self.counters))

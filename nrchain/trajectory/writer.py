@@ -29,6 +29,7 @@ from nrchain.trajectory.checkpoint import (
     latest_checkpoint,
 )
 from nrchain.trajectory.data_file import DataFile
+from nrchain.trajectory.error_estimate import NOT_KNOWN, ErrorEstimate
 from nrchain.trajectory.file import create, file_errors, locate, lock_existing, open_file
 from nrchain.trajectory.layout import COUNTERS
 from nrchain.trajectory.reader import read_choice, read_fields, read_scene
@@ -112,9 +113,17 @@ class TrajectoryWriter:
         self._cut_to: int | None = None
 
     def write(
-        self, index: int, time: float, positions: np.ndarray, frames: np.ndarray, step: int
+        self,
+        index: int,
+        time: float,
+        positions: np.ndarray,
+        frames: np.ndarray,
+        step: int,
+        error: ErrorEstimate | None = None,
     ) -> None:
         """Record snapshot ``index``: ``positions (N, 3)``, ``frames (N, 3, 3)`` after ``step``.
+
+        The ``error`` is recorded if the scene has ``run.verify``; without one it is not known.
 
         A snapshot that the file has already stays as it is. If the one in the file differs, this
         one replaces it and all later ones.
@@ -125,11 +134,12 @@ class TrajectoryWriter:
         require_array(frames, (particles, 3, 3), "frames")
         if index > self._series.count:
             raise ValueError(f"snapshot {index} comes after {self._series.count}, not yet written")
+        snapshot = time, positions, frames, step, error or NOT_KNOWN
         with file_errors(self.path, "cannot be written"):
             self._refuse_changed()
-            if not self._series.holds(index, time, positions, frames, step):
+            if not self._series.holds(index, *snapshot):
                 self._series.cut(index)
-                self._series.append(time, positions, frames, step)
+                self._series.append(*snapshot)
 
     def checkpoint(self, checkpoint: Checkpoint) -> None:
         """Record where the run can resume, in place of the older of the two checkpoints."""

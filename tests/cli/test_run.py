@@ -211,3 +211,20 @@ def test_resuming_a_complete_run_says_so(tmp_path):
     answer = f"note: {tmp_path / FILE_NAME} is complete; there is nothing to resume"
     assert_refused(call("resume", tmp_path), answer, code=0)
     assert (tmp_path / FILE_NAME).read_bytes() == before
+
+
+def test_a_verified_run_shows_its_errors(tmp_path):
+    """A real run of a small scene: the last row has the errors of the last snapshot, in radii."""
+    result = call("run", "passive", "-o", tmp_path, "--verify", *SMALL, "--set", "chain.radius=2")
+    assert result.exit_code == 0, result.stderr
+    trajectory = Trajectory.open(tmp_path)
+    assert trajectory.scene.run.verify
+    assert "positions (a)" in result.stdout
+    errors = trajectory.position_error[-1] / 2.0, trajectory.frame_error[-1]
+    rows = [line.split() for line in result.stdout.splitlines()]
+    assert [f"{trajectory.time[-1]:g}", *(f"{error:.1e}" for error in errors)] in rows
+    assert ["0", "0", "0"] in rows
+
+
+def test_a_run_that_is_not_verified_shows_no_errors(tmp_path):
+    assert "positions (a)" not in call("run", "passive", "-o", tmp_path, *SMALL).stdout

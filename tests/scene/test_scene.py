@@ -124,6 +124,7 @@ REFUSALS = [
     ({"run.integrator": "rk45"}, "run.integrator", "one of cvode, radau, scipy-bdf"),
     ({"run.max_steps": 0}, "run.max_steps", "at least 1"),
     ({"run.max_seconds": 0}, "run.max_seconds", "above 0"),
+    ({"run.verify": "maybe"}, "run.verify", "must be true or false"),
     ({"run.rtol": 1e-15}, "run.rtol", "at least 1e-14 and at most 0.1"),
     ({"run.rtol": 0.2}, "run.rtol", "at least 1e-14 and at most 0.1"),
     ({"run.atol": 0.0}, "run.atol", "at least 1e-14 and at most 0.1: coordinates are rounded"),
@@ -450,10 +451,11 @@ def scenes(draw):
         run=RunSpec(
             end=draw(st.floats(1e-300, 1e300)),
             snapshots=draw(st.integers(2, 10**6)),
-            rtol=draw(st.floats(1e-14, 1e-1)),
-            atol=draw(st.floats(1e-14, 1e-1)),
+            rtol=draw(st.floats(1e-13, 1e-1)),
+            atol=draw(st.floats(1e-13, 1e-1)),
             max_steps=draw(st.none() | st.integers(1, 10**9)),
             max_seconds=draw(st.none() | st.floats(1e-3, 1e9)),
+            verify=draw(st.booleans()),
         ),
     )
 
