@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Collection, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 from warnings import catch_warnings
@@ -16,30 +16,24 @@ from nrchain.errors import SceneWarning
 from nrchain.run.interruption import INTERRUPTED
 
 if TYPE_CHECKING:
-    from rich.progress import Progress as Bar
+    from rich.console import Console
 
     from nrchain.run.recording import Progress
 
+    Update = Callable[[Progress], None]
+
 
 @contextmanager
-def progress_bar(place: Path) -> Iterator[Callable[[Progress], None]]:
-    """Show the time reached by the run at ``place``; if interrupted, say how to continue it."""
+def progress_bar(place: Path) -> Iterator[Update | None]:
+    """Show the time reached by the run at ``place``; if interrupted, say how to continue it.
+
+    Nothing is to be updated where standard error is no terminal.
+    """
     from nrchain.trajectory.file import locate
 
-    bar = _new_bar()
-    task = bar.add_task("", total=None, time="0", steps="0")
-
-    def update(progress: Progress) -> None:
-        bar.update(
-            task,
-            total=progress.end,
-            completed=progress.time,
-            time=f"{progress.time:.4g} of {progress.end:.4g}",
-            steps=f"{progress.counters.get('steps', 0):.0f}",
-        )
-
+    screen = console(stderr=True)
     try:
-        with bar:
+        with _bar(screen) if screen.is_terminal else nullcontext() as update:
             yield update
     except KeyboardInterrupt:
         if not locate(place).exists():
@@ -49,22 +43,32 @@ def progress_bar(place: Path) -> Iterator[Callable[[Progress], None]]:
         raise typer.Exit(INTERRUPTED) from None
 
 
-def _new_bar() -> Bar:
+@contextmanager
+def _bar(screen: Console) -> Iterator[Update]:
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
     from rich.progress import Progress as Bar
 
-    screen = console(stderr=True)
-    return Bar(
+    columns = (
         TextColumn("t = {task.fields[time]}"),
         BarColumn(bar_width=None),
         TextColumn("{task.fields[steps]} steps"),
         TimeElapsedColumn(),
         TextColumn("left"),
         TimeRemainingColumn(),
-        console=screen,
-        transient=True,
-        disable=not screen.is_terminal,
     )
+    with Bar(*columns, console=screen, transient=True) as bar:
+        task = bar.add_task("", total=None, time="0", steps="0")
+
+        def update(progress: Progress) -> None:
+            bar.update(
+                task,
+                total=progress.end,
+                completed=progress.time,
+                time=f"{progress.time:.4g} of {progress.end:.4g}",
+                steps=f"{progress.counters.get('steps', 0):.0f}",
+            )
+
+        yield update
 
 
 @contextmanager

@@ -207,8 +207,10 @@ def settle(figure: Any) -> None:
 
     for axes in figure.axes:
         for name in axes._axis_names:
-            # creates the first tick, from which all others copy their look
-            getattr(axes, f"{name}axis").get_ticklabels(which="both")
+            # creates the first ticks, from which all others copy their look
+            axis = getattr(axes, f"{name}axis")
+            axis.get_major_ticks(1)
+            axis.get_minor_ticks(1)
     for part in figure.findobj():
         part.set_sketch_params(None)
         part.set_path_effects([])

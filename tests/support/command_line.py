@@ -69,7 +69,9 @@ class Stub:
             writer.write(index, time, positions, frames, index)
             counters = {"steps": 7 * index, "wall_time": 0.5}
             writer.update_counters(counters)
-            progress(Progress(time, float(writer.times[-1]), index + 1, count, counters, 0.5))
+            if progress:
+                end = float(writer.times[-1])
+                progress(Progress(time, end, index + 1, count, counters, 0.5))
         if self.error:
             raise self.error
         writer.close("stopped" if self.reason else "completed", self.reason)
