@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from nrchain import load_scene, simulate
-from validation.performance import growth
+from nrchain.scene.toml import parse_assignment
+from validation.performance import growth, start_up
 from validation.performance.scenes import buckling
 from validation.performance.timing import (
     Timed,
@@ -73,3 +74,16 @@ def test_a_child_that_dies_says_why():
     object.__setattr__(scene.chain, "particles", -1)
     with pytest.raises(ChildProcessError, match=r"-1 spheres died: .*chain\.particles"):
         in_child(scene)
+
+
+@pytest.mark.parametrize("words", start_up.COMBINATIONS)
+def test_further_scenes_differ_from_the_shipped_one(words):
+    changes = dict(parse_assignment(change) for change in start_up.COMBINATIONS[words])
+    assert load_scene("buckling", **changes) != load_scene("buckling")
+
+
+def test_a_child_that_works_takes_the_time_it_worked(tmp_path):
+    """Sleep is no work."""
+    work = "import time\nwhile time.process_time() < 0.5: pass"
+    assert start_up.processor_time(["-c", work], tmp_path) >= 0.5
+    assert start_up.processor_time(["-c", "import time; time.sleep(0.5)"], tmp_path) < 0.5

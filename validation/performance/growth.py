@@ -1,9 +1,7 @@
-"""How times and memory scale with N, and the time of a start."""
+"""How times and memory scale with N."""
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +10,7 @@ from matplotlib.figure import Figure
 from nrchain import Scene, load_scene, simulate
 from validation.performance.recipe import Recipe
 from validation.performance.scenes import PROJECT
-from validation.performance.timing import in_child, in_turns, rates_of, start_up
+from validation.performance.timing import in_child, in_turns, rates_of
 from validation.report.recorder import Recorder
 from validation.report.threads import one_thread
 
@@ -228,22 +226,3 @@ def memory(recorder: Recorder) -> None:
         rows,
         "Peak resident memory of a run, including Python.",
     )
-
-
-def start(recorder: Recorder) -> None:
-    """Record the time of the first command of the README, with and without kernels on disk."""
-    if recorder.quick:
-        return
-    with tempfile.TemporaryDirectory() as folder:
-        cold, cold_work = start_up("buckling", Path(folder))
-        again = [start_up("buckling", Path(folder)) for _ in range(5)]
-    warm, warm_work = (float(np.median(values)) for values in zip(*again, strict=True))
-    recorder.benchmark(
-        "nrchain run buckling, warm against cold",
-        warm,
-        cold,
-        what="the whole command, with kernels on disk and with an empty cache; of this, "
-        f"{warm_work:.1f} s and {cold_work:.1f} s are the processor's",
-    )
-    recorder.bound("cold start of nrchain run buckling (s)", cold, most=20.0, source=PROJECT)
-    recorder.bound("warm start of nrchain run buckling (s)", warm, most=2.0, source=PROJECT)

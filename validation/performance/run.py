@@ -18,6 +18,7 @@ from validation.performance import (
     growth,
     pair_sums,
     spinning,
+    start_up,
 )
 from validation.report.recorder import Recorder
 
@@ -52,4 +53,4 @@ def study(recorder: Recorder) -> None:
     recorder.step("memory")
     growth.memory(recorder)
     recorder.step("start-up")
-    growth.start(recorder)
+    start_up.compare(recorder)

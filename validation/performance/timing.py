@@ -1,4 +1,4 @@
-"""Time tasks in turns and runs at equal error; measure memory and start in child processes."""
+"""Time tasks in turns and runs at equal error; measure memory in child processes."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ def in_child(scene: Scene) -> dict[str, float]:
     """
     command = [sys.executable, "-c", _CHILD, json.dumps(scene.to_mapping())]
     done = subprocess.run(
-        command, cwd=ROOT, env=_environment(), capture_output=True, text=True, check=False
+        command, cwd=ROOT, env=child_environment(), capture_output=True, text=True, check=False
     )
     if done.returncode:
         last = (done.stderr.strip().splitlines() or [f"exit {done.returncode}"])[-1]
@@ -146,18 +146,6 @@ def in_child(scene: Scene) -> dict[str, float]:
     return json.loads(done.stdout)
 
 
-def start_up(scene: str, folder: Path) -> tuple[float, float]:
-    """Seconds of ``nrchain run SCENE`` from a shell with its kernels kept in ``folder``, and of
-    the processor's time in them."""
-    command = [sys.executable, "-m", "nrchain", "run", scene]
-    command += ["-o", str(folder / "run"), "--overwrite"]
-    environment = _environment() | {"NUMBA_CACHE_DIR": str(folder / "kernels")}
-    before, begin = os.times(), time.perf_counter()
-    subprocess.run(command, cwd=folder, env=environment, capture_output=True, check=True)
-    seconds, after = time.perf_counter() - begin, os.times()
-    worked = after.children_user + after.children_system
-    return seconds, worked - before.children_user - before.children_system
-
-
-def _environment() -> dict[str, str]:
+def child_environment() -> dict[str, str]:
+    """That of a process which finds the package and its validation."""
     return dict(os.environ) | {"PYTHONPATH": str(ROOT)}
