@@ -39,7 +39,9 @@ COMBINATIONS: dict[str, tuple[str, ...]] = {
     "shear flow": ("flow.gradient=[[0, 1e-3, 0], [0, 0, 0], [0, 0, 0]]",),
     "friction between spheres": ("friction=pairwise",),
 }
-"""Scenes that differ from the shipped one in modes, ends or effects."""
+"""Scenes that differ from the shipped one in modes, ends or effects. They run to :data:`END`."""
+
+END = "run.end=10"
 
 
 def compare(recorder: Recorder) -> None:
@@ -98,7 +100,7 @@ def _further(folder: Path, changes: tuple[str, ...]) -> float:
     other = folder / "other"
     shutil.copytree(folder / "kernels", other / "kernels")
     try:
-        return _command(other, *(word for change in changes for word in ("--set", change)))
+        return _command(other, *(word for change in (*changes, END) for word in ("--set", change)))
     finally:
         shutil.rmtree(other)
 
