@@ -28,7 +28,8 @@ from numba import prange
 from nrchain._compile import kernel
 from nrchain.hydrodynamics import sharing
 from nrchain.hydrodynamics.images import Layout
-from nrchain.hydrodynamics.pairs import NEAR, PARALLEL_PAIRS, compile_sum
+from nrchain.hydrodynamics.pairs import NEAR
+from nrchain.hydrodynamics.sharing import PARALLEL_PAIRS, compile_sum
 
 Part = Literal["stresslet", "finite size"]
 

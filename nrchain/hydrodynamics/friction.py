@@ -17,67 +17,9 @@ from numba import prange
 from nrchain._compile import kernel
 from nrchain.hydrodynamics import sharing
 from nrchain.hydrodynamics.images import Layout
-from nrchain.hydrodynamics.pairs import PARALLEL_PAIRS, compile_sum
-from nrchain.hydrodynamics.rotne_prager import (
-    apply_change,
-    apply_pair,
-    coefficient_slopes,
-    coefficients,
-)
-
-COINCIDENT = 1e-80
-"""Added to (r/a)²: coincident spheres get a finite distance; rounding hides it for all others."""
-
-
-@kernel
-def _sum_twists(sources, radius, me, first, last):
-    """Σ_j (v, a ω) at sphere ``me``, over 0 ≤ first ≤ j < last; rows of ``sources``: r, f and τ.
-
-    j is unsigned: an index never counts from the end, and the compiler vectorises the loop.
-    """
-    shrink, nowhere = 1.0 / radius, COINCIDENT * radius * radius
-    v0 = v1 = v2 = w0 = w1 = w2 = 0.0
-    for j in range(np.uint64(first), np.uint64(last)):
-        x0, x1 = sources[0, me] - sources[0, j], sources[1, me] - sources[1, j]
-        x2 = sources[2, me] - sources[2, j]
-        distance = np.sqrt(x0 * x0 + x1 * x1 + x2 * x2 + nowhere)
-        inverse = 1.0 / distance
-        n = (x0 * inverse, x1 * inverse, x2 * inverse)
-        a, b, c, d, e = coefficients(radius * inverse, distance * shrink)
-        f = (sources[3, j], sources[4, j], sources[5, j])
-        t = (sources[6, j], sources[7, j], sources[8, j])
-        v, w = apply_pair(a, b, c, n, f, t), apply_pair(d, e, 0.75 * c, n, t, f)
-        v0, v1, v2 = v0 + v[0], v1 + v[1], v2 + v[2]
-        w0, w1, w2 = w0 + w[0], w1 + w[1], w2 + w[2]
-    return v0, v1, v2, w0, w1, w2
-
-
-@kernel
-def _sum_changes(sources, changes, radius, me, first, last):
-    """Change of :func:`_sum_twists` with ``changes`` of the rows of ``sources``."""
-    shrink, nowhere = 1.0 / radius, COINCIDENT * radius * radius
-    v0 = v1 = v2 = w0 = w1 = w2 = 0.0
-    for j in range(np.uint64(first), np.uint64(last)):
-        x0, x1 = sources[0, me] - sources[0, j], sources[1, me] - sources[1, j]
-        x2 = sources[2, me] - sources[2, j]
-        distance = np.sqrt(x0 * x0 + x1 * x1 + x2 * x2 + nowhere)
-        inverse = 1.0 / distance
-        n = (x0 * inverse, x1 * inverse, x2 * inverse)
-        y0, y1 = changes[0, me] - changes[0, j], changes[1, me] - changes[1, j]
-        y2 = changes[2, me] - changes[2, j]
-        dr = (y0 * inverse, y1 * inverse, y2 * inverse)
-        s, rho = radius * inverse, distance * shrink
-        a, b, c, d, e = coefficients(s, rho)
-        da, db, dc, dd, de = coefficient_slopes(s, rho)
-        f = (sources[3, j], sources[4, j], sources[5, j])
-        df = (changes[3, j], changes[4, j], changes[5, j])
-        t = (sources[6, j], sources[7, j], sources[8, j])
-        dt = (changes[6, j], changes[7, j], changes[8, j])
-        v = apply_change((a, b, c), (da, db, dc), n, dr, f, df, t, dt)
-        w = apply_change((d, e, 0.75 * c), (dd, de, 0.75 * dc), n, dr, t, dt, f, df)
-        v0, v1, v2 = v0 + v[0], v1 + v[1], v2 + v[2]
-        w0, w1, w2 = w0 + w[0], w1 + w[1], w2 + w[2]
-    return v0, v1, v2, w0, w1, w2
+from nrchain.hydrodynamics.rotne_prager import sum_changes, sum_twists
+from nrchain.hydrodynamics.sharing import PARALLEL_PAIRS, compile_sum
+from nrchain.hydrodynamics.tree.choice import friction_tree
 
 
 @cache
@@ -88,8 +30,8 @@ def _twist_kernel(parallel: bool):
         for i in prange(twists.shape[0]):
             me = first_slot + i
             first, last = max(0, me - reach), min(sources.shape[1], me + reach + 1)
-            before = _sum_twists(sources, radius, me, first, me)
-            after = _sum_twists(sources, radius, me, me + 1, last)
+            before = sum_twists(sources, radius, me, first, me)
+            after = sum_twists(sources, radius, me, me + 1, last)
             for k in range(3):
                 twists[i, k] += sources[3 + k, me] + before[k] + after[k]
                 twists[i, 3 + k] += (sources[6 + k, me] + before[3 + k] + after[3 + k]) / radius
@@ -105,8 +47,8 @@ def _product_kernel(parallel: bool):
         for i in prange(twists.shape[0]):
             me = first_slot + i
             first, last = max(0, me - reach), min(sources.shape[1], me + reach + 1)
-            before = _sum_changes(sources, changes, radius, me, first, me)
-            after = _sum_changes(sources, changes, radius, me, me + 1, last)
+            before = sum_changes(sources, changes, radius, me, first, me)
+            after = sum_changes(sources, changes, radius, me, me + 1, last)
             for k in range(3):
                 twists[i, k] += changes[3 + k, me] + before[k] + after[k]
                 twists[i, 3 + k] += (changes[6 + k, me] + before[3 + k] + after[3 + k]) / radius
@@ -125,7 +67,7 @@ def _columns(sources, changes, units, radius, me, j, columns):
         return
     for column in range(9):
         changes[column, j] = units[column // 3]
-        twist = _sum_changes(sources, changes, radius, me, j, j + 1)
+        twist = sum_changes(sources, changes, radius, me, j, j + 1)
         changes[column, j] = 0.0
         for row in range(6):
             columns[row, column] = twist[row] if row < 3 else twist[row] / radius
@@ -189,13 +131,22 @@ class PairFriction:
         a and η.
     period
         Length along x after which the chain repeats; 0 for an open chain.
+    accuracy
+        Largest error of the sum over all pairs of a long open chain, relative to the largest twist:
+        a tree then takes the place of the direct sum where that is faster. 0 keeps the direct sum.
 
     Positions are (N, 3), wrenches (F, T) and twists (v, ω) are (N, 6), in the lab. No N × N matrix
     is stored.
     """
 
     def __init__(
-        self, count: int, reach: int | None, radius: float, viscosity: float, period: float = 0.0
+        self,
+        count: int,
+        reach: int | None,
+        radius: float,
+        viscosity: float,
+        period: float = 0.0,
+        accuracy: float = 0.0,
     ) -> None:
         self.count, self.radius, self.period = count, float(radius), float(period)
         self._layout = Layout.of(count, reach, period)
@@ -207,6 +158,7 @@ class PairFriction:
         self._still = np.zeros(len(self._layout.spheres))
         self._changes = np.empty_like(self._sources)
         self._parallel = self.reach * count * 2 > PARALLEL_PAIRS
+        self.tree = friction_tree(self._layout, self.radius, accuracy)
 
     def _place(self, positions: np.ndarray, wrenches: np.ndarray) -> None:
         layout = self._layout
@@ -219,10 +171,15 @@ class PairFriction:
             layout.weights,
             self._sources,
         )
+        if self.tree:
+            self.tree.move()
 
     def apply(self, positions: np.ndarray, wrenches: np.ndarray, twists: np.ndarray) -> None:
         """twists += μ·W: the mobility of each sphere and of the pairs within reach."""
         self._place(positions, wrenches)
+        if self.tree:
+            self.tree.add_twists(self._sources, twists)
+            return
         place = self.radius, self._layout.first, self.reach
         sharing.add(_twist_kernel, self._parallel, self._sources, *place, twists)
 
@@ -245,6 +202,9 @@ class PairFriction:
             layout.weights,
             self._changes,
         )
+        if self.tree:
+            self.tree.add_product(self._sources, self._changes, twists)
+            return
         place = self.radius, self._layout.first, self.reach
         sharing.add(_product_kernel, self._parallel, self._sources, self._changes, *place, twists)
 

@@ -8,28 +8,22 @@ it does not depend on the number of threads.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import lru_cache, partial
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from numba import prange
 
-from nrchain._compile import kernel, rename
+from nrchain._compile import kernel
 from nrchain.hydrodynamics import sharing
 from nrchain.hydrodynamics.images import Layout
 from nrchain.hydrodynamics.pair_law import PairLaw, sum_changes, sum_twists
-
-PARALLEL_PAIRS = 20_000
-"""Sums over more pairs than this run on several threads. Below, starting threads costs more."""
+from nrchain.hydrodynamics.sharing import PARALLEL_PAIRS, compile_sum
+from nrchain.hydrodynamics.tree.choice import slip_tree
 
 NEAR = 8
 """Largest reach for which exact Jacobian blocks are kept. Beyond it products sum over pairs."""
-
-
-def compile_sum(function: Callable[..., Any], parallel: bool, law: str = "") -> Any:
-    """Compile the ``function`` of a law, on several threads or on one."""
-    return kernel(rename(function, law, parallel), parallel=parallel)
 
 
 @lru_cache(maxsize=64)
@@ -150,6 +144,9 @@ class SlipFlow:
         Length along x after which the chain repeats; 0 for an open chain.
     finite_size
         Whether flows include the finite size of both spheres.
+    accuracy
+        Largest error of the sum over all pairs of a long open chain, relative to its largest value:
+        a tree then takes the place of the direct sum where that is faster. 0 keeps the direct sum.
 
     Positions are (N, 3) and frames (N, 3, 3), in the lab. Modes of zero strength are left out of
     the compiled sum.
@@ -166,6 +163,7 @@ class SlipFlow:
         radius: float,
         period: float = 0.0,
         finite_size: bool = False,
+        accuracy: float = 0.0,
     ) -> None:
         active = [m for m, strength in enumerate(strengths) if np.any(strength)]
         self.labels = tuple(labels[m] for m in active)
@@ -180,6 +178,7 @@ class SlipFlow:
         for row, m in zip(self._sources[geometry:], active, strict=True):
             row[:] = self._layout.weights * np.asarray(strengths[m], float)[self._layout.spheres]
         self._parallel = 2 * self.reach * count > PARALLEL_PAIRS
+        self.tree = slip_tree(self.law, self._layout, self.radius, accuracy)
 
     def __bool__(self) -> bool:
         return bool(self.labels)
@@ -205,12 +204,17 @@ class SlipFlow:
     def _place(self, positions: np.ndarray, frames: np.ndarray) -> None:
         layout = self._layout
         _lay_out(positions, frames, self._body_axes, layout.spheres, layout.shifts, self._sources)
+        if self.tree:
+            self.tree.move()
 
     def add_twists(self, positions: np.ndarray, frames: np.ndarray, twists: np.ndarray) -> None:
         """twists (N, 6) += (Σ_j u, Σ_j w) at the given poses."""
         if not self:
             return
         self._place(positions, frames)
+        if self.tree:
+            self.tree.add_twists(self._sources, twists)
+            return
         compiled = partial(twist_kernel, self.law.source)
         place = self.radius, self._layout.first, self.reach
         sharing.add(compiled, self._parallel, self._sources, *place, twists)
@@ -236,6 +240,9 @@ class SlipFlow:
         if not self:
             return
         _lay_out_changes(poses, self._layout.spheres, self._sources, self._changes)
+        if self.tree:
+            self.tree.add_product(self._sources, self._changes, twists)
+            return
         compiled = partial(product_kernel, self.law.source)
         place = self.radius, self._layout.first, self.reach
         sharing.add(compiled, self._parallel, self._sources, self._changes, *place, twists)

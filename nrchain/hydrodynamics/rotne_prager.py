@@ -19,7 +19,12 @@ Source: Wajnryb, Mizerski, Zuk & Szymczak, J. Fluid Mech. 731 (2013) R3. Pair te
 
 from __future__ import annotations
 
+import numpy as np
+
 from nrchain._compile import kernel
+
+COINCIDENT = 1e-80
+"""Added to (r/a)²: coincident spheres get a finite distance; rounding hides it for all others."""
 
 
 @kernel
@@ -84,3 +89,54 @@ def apply_change(terms, slopes, n, d, own, d_own, other, d_other):
         a * d_own[1] + da * own[1] + along * n[1] + across * d[1] + r1,
         a * d_own[2] + da * own[2] + along * n[2] + across * d[2] + r2,
     )
+
+
+@kernel
+def sum_twists(sources, radius, me, first, last):
+    """Σ_j (v, a ω) at sphere ``me``, over 0 ≤ first ≤ j < last; rows of ``sources``: r, f and τ.
+
+    j is unsigned: an index never counts from the end, and the compiler vectorises the loop.
+    """
+    shrink, nowhere = 1.0 / radius, COINCIDENT * radius * radius
+    v0 = v1 = v2 = w0 = w1 = w2 = 0.0
+    for j in range(np.uint64(first), np.uint64(last)):
+        x0, x1 = sources[0, me] - sources[0, j], sources[1, me] - sources[1, j]
+        x2 = sources[2, me] - sources[2, j]
+        distance = np.sqrt(x0 * x0 + x1 * x1 + x2 * x2 + nowhere)
+        inverse = 1.0 / distance
+        n = (x0 * inverse, x1 * inverse, x2 * inverse)
+        a, b, c, d, e = coefficients(radius * inverse, distance * shrink)
+        f = (sources[3, j], sources[4, j], sources[5, j])
+        t = (sources[6, j], sources[7, j], sources[8, j])
+        v, w = apply_pair(a, b, c, n, f, t), apply_pair(d, e, 0.75 * c, n, t, f)
+        v0, v1, v2 = v0 + v[0], v1 + v[1], v2 + v[2]
+        w0, w1, w2 = w0 + w[0], w1 + w[1], w2 + w[2]
+    return v0, v1, v2, w0, w1, w2
+
+
+@kernel
+def sum_changes(sources, changes, radius, me, first, last):
+    """Change of :func:`sum_twists` with ``changes`` of the rows of ``sources``."""
+    shrink, nowhere = 1.0 / radius, COINCIDENT * radius * radius
+    v0 = v1 = v2 = w0 = w1 = w2 = 0.0
+    for j in range(np.uint64(first), np.uint64(last)):
+        x0, x1 = sources[0, me] - sources[0, j], sources[1, me] - sources[1, j]
+        x2 = sources[2, me] - sources[2, j]
+        distance = np.sqrt(x0 * x0 + x1 * x1 + x2 * x2 + nowhere)
+        inverse = 1.0 / distance
+        n = (x0 * inverse, x1 * inverse, x2 * inverse)
+        y0, y1 = changes[0, me] - changes[0, j], changes[1, me] - changes[1, j]
+        y2 = changes[2, me] - changes[2, j]
+        dr = (y0 * inverse, y1 * inverse, y2 * inverse)
+        s, rho = radius * inverse, distance * shrink
+        a, b, c, d, e = coefficients(s, rho)
+        da, db, dc, dd, de = coefficient_slopes(s, rho)
+        f = (sources[3, j], sources[4, j], sources[5, j])
+        df = (changes[3, j], changes[4, j], changes[5, j])
+        t = (sources[6, j], sources[7, j], sources[8, j])
+        dt = (changes[6, j], changes[7, j], changes[8, j])
+        v = apply_change((a, b, c), (da, db, dc), n, dr, f, df, t, dt)
+        w = apply_change((d, e, 0.75 * c), (dd, de, 0.75 * dc), n, dr, t, dt, f, df)
+        v0, v1, v2 = v0 + v[0], v1 + v[1], v2 + v[2]
+        w0, w1, w2 = w0 + w[0], w1 + w[1], w2 + w[2]
+    return v0, v1, v2, w0, w1, w2

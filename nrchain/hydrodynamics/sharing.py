@@ -16,6 +16,11 @@ from typing import Any
 
 import numba
 
+from nrchain._compile import kernel, rename
+
+PARALLEL_PAIRS = 20_000
+"""Sums over more pairs than this run on several threads. Below, starting threads costs more."""
+
 ANY_THREAD = ("omp", "tbb")
 """Layers that several threads may enter at once."""
 
@@ -53,6 +58,11 @@ def one_thread() -> Iterator[None]:
 def is_alone() -> bool:
     """Whether the calling thread sums alone."""
     return getattr(_thread, "single", False)
+
+
+def compile_sum(function: Callable[..., Any], parallel: bool, law: str = "") -> Any:
+    """Compile the ``function`` of a law, on several threads or on one."""
+    return kernel(rename(function, law, parallel), parallel=parallel)
 
 
 def add(compiled: Callable[[bool], Any], parallel: bool, *arguments: Any) -> None:

@@ -240,10 +240,10 @@ def test_memory_grows_with_the_number_of_spheres_alone():
     assert peak < 100 * 8 * count + 2**23
 
 
-@pytest.mark.parametrize(("name", "tables"), [("_sum_twists", 1), ("_sum_changes", 2)])
+@pytest.mark.parametrize(("name", "tables"), [("sum_twists", 1), ("sum_changes", 2)])
 def test_the_loop_over_pairs_reads_side_by_side(name, tables):
     """r, F and T of several spheres at once, and their changes."""
-    lines = f"from nrchain.hydrodynamics.friction import {name} as function"
+    lines = f"from nrchain.hydrodynamics.rotne_prager import {name} as function"
     assert reads_of_the_loop(lines, tables) == (9 * tables, 0)
 
 
