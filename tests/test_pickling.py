@@ -272,7 +272,7 @@ def test_pools_hand_over_scenes_trajectories_and_refusals(method):
 SHARED = """
 import multiprocessing, sys
 import nrchain
-from nrchain.hydrodynamics.pairs import PARALLEL_PAIRS
+from nrchain.hydrodynamics.sharing import PARALLEL_PAIRS
 
 def last(strength):
     changes = {

@@ -9,6 +9,7 @@ property when spheres nearly touch.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
@@ -182,6 +183,14 @@ class PairFriction:
             return
         place = self.radius, self._layout.first, self.reach
         sharing.add(_twist_kernel, self._parallel, self._sources, *place, twists)
+
+    def direct_twists(self, spheres: Sequence[int]) -> np.ndarray:
+        """(v, ω) (n, 6) of some spheres by the direct sum, at the last positions and wrenches."""
+        rows, add = np.zeros((len(spheres), 6)), _twist_kernel(False)
+        for row, sphere in zip(rows, spheres, strict=True):
+            place = self.radius, self._layout.first + sphere, self.reach
+            add(self._sources, *place, row[None])
+        return rows
 
     def add_product(
         self, poses: np.ndarray, wrench_changes: np.ndarray, twists: np.ndarray

@@ -56,7 +56,7 @@ def number(
     words = " and ".join(f"{word} {bound:g}" for word, bound in bounds if math.isfinite(bound))
     return rule(
         "a finite number" + (words and ", " + words) + (reason and ": " + reason),
-        lambda v: _is_number(v) and above < v and least <= v <= most,
+        lambda v: is_number(v) and above < v and least <= v <= most,
         float,
     )
 
@@ -112,7 +112,7 @@ def direction() -> Rule:
         lambda v: (
             isinstance(v, (list, tuple))
             and len(v) == 3
-            and all(_is_number(x) for x in v)
+            and all(is_number(x) for x in v)
             and 1e-100 <= math.hypot(*v) <= 1e100
         ),
         lambda v: tuple(float(x) for x in v),
@@ -271,7 +271,7 @@ def is_whole(value: object) -> bool:
     return isinstance(value, int) and not isinstance(value, bool)
 
 
-def _is_number(value: Any) -> bool:
+def is_number(value: Any) -> bool:
     """Whether a value is an int or float that a finite float can hold."""
     return (isinstance(value, float) or is_whole(value)) and abs(value) <= sys.float_info.max
 

@@ -59,6 +59,8 @@ class Mobility:
     def __init__(self, scene: Scene, held: np.ndarray, carries_wrenches: bool) -> None:
         self._chain, self._friction, self._drag = scene.chain, scene.friction, scene.drag
         self._held, self._period = held, scene.period
+        native = self._friction.backend == "native"
+        self._accuracy = scene.pair_accuracy if native else 0.0
         neighbours = self._friction.neighbours
         self._reach = neighbours if isinstance(neighbours, int) else None
         self._acts = self._friction.kind != "one-body" and (carries_wrenches or bool(held.any()))
@@ -71,8 +73,8 @@ class Mobility:
             return None
         from nrchain.hydrodynamics.friction import PairFriction
 
-        chain, count = self._chain, len(self._held)
-        return PairFriction(count, self._reach, chain.radius, chain.viscosity, self._period)
+        chain, fluid = self._chain, (self._chain.radius, self._chain.viscosity)
+        return PairFriction(chain.particles, self._reach, *fluid, self._period, self._accuracy)
 
     def divide(self, wrenches: np.ndarray) -> None:
         """(F, T) → (F/γ_T, T/γ_R) (N, 6), in place: one-body friction."""

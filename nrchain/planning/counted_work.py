@@ -14,6 +14,7 @@ import math
 from nrchain.effects.shared.slip_flow import active_modes
 from nrchain.hydrodynamics.images import EXACT, POINTS
 from nrchain.hydrodynamics.pairs import NEAR
+from nrchain.hydrodynamics.tree.accuracy import break_even
 from nrchain.planning.flow_keys import finite_size_sections
 from nrchain.planning.hydrodynamic_set import HydrodynamicSet
 from nrchain.scene.scene import Scene
@@ -88,5 +89,8 @@ def _places(scene: Scene, reach: float) -> float:
     count = scene.chain.particles
     if scene.chain.ends == "periodic":
         return IMAGES * count if math.isinf(reach) else reach
+    if math.isinf(reach) and count >= (tree := break_even(scene.pair_accuracy)):
+        # a sphere takes as long as in the direct sum of the shortest chain with a tree
+        return 0.5 * (tree - 1)
     places = min(reach, count - 1)
     return places * (2 * count - places - 1) / (2 * count)

@@ -13,6 +13,7 @@ from nrchain.effects.strain import Strain
 from nrchain.effects.strain_size import FiniteSizeOfStrain
 from nrchain.hydrodynamics import slip_modes
 from nrchain.hydrodynamics.slip import Slip
+from nrchain.planning.pair_sums import sum_over_pairs, unused_accuracy
 from nrchain.planning.regime import warnings
 from nrchain.scene.chain_sections import ElasticitySpec, StartSpec
 from nrchain.scene.fluid_sections import FrictionSpec, SlipSpec
@@ -79,6 +80,8 @@ def _describe_slip(scene: Scene, simulated: list[Row], left_out: list[Row]) -> N
     acting = active_modes(scene)
     if not acting:
         return
+    if way := sum_over_pairs(scene):
+        simulated.append(("sum over all pairs", way))
     simulated.append(("pair laws of slip", scene.slip.backend))
     if corrected := [label for label in acting if _has_finite_size(label)]:
         (simulated if scene.slip.finite_size else left_out).append(
@@ -135,10 +138,13 @@ def _unused_slip(scene: Scene) -> list[Row]:
         if label not in acting and mode.axis != Slip(0.0).axis:
             rows.append((f"{SlipSpec.key(label)}.axis", f"the strength of {label} is 0"))
     if not acting:
-        changed = (n for n in slip.spellings() if getattr(slip, n) != getattr(SlipSpec(), n))
+        names = [name for name in slip.spellings() if name != "accuracy"]
+        changed = (name for name in names if getattr(slip, name) != getattr(SlipSpec(), name))
         rows += [(slip.key(name), "no mode has a strength") for name in changed]
     elif slip.finite_size and not any(_has_finite_size(label) for label in acting):
         rows.append(("slip.finite_size", f"the flow of {', '.join(acting)} has no such correction"))
+    if slip.accuracy is not None and (reason := unused_accuracy(scene)):
+        rows.append(("slip.accuracy", reason))
     return rows
 
 

@@ -15,6 +15,7 @@ from nrchain.effects.shared.image_sums import takes_all
 from nrchain.geometry.near_pairs import closest_pair
 from nrchain.motion.definiteness import CutFriction, is_cut
 from nrchain.planning.checked_start import starting_poses
+from nrchain.planning.pair_sums import pair_sum_errors
 from nrchain.planning.plan_line import Line
 from nrchain.planning.plan_waves import wave_lines
 from nrchain.planning.regime import rounding_drift, try_judge, warnings
@@ -48,6 +49,7 @@ def plan(scene: Scene) -> Plan:
     """
     positions, frames = starting_poses(scene)
     lines = [_units_line(scene), _start_line(scene, positions)]
+    lines += [error.line() for error in pair_sum_errors(scene, positions, frames)]
     if is_cut(scene):
         lines.append(_mobility_line(scene, positions))
     found = try_judge(scene)

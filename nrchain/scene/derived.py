@@ -9,8 +9,8 @@ import math
 from typing import NamedTuple
 
 from nrchain.hydrodynamics import slip_modes
-from nrchain.scene.chain_sections import ChainSpec, ElasticitySpec, StartSpec
-from nrchain.scene.fluid_sections import SlipSpec
+from nrchain.scene.chain_sections import ChainSpec, ElasticitySpec, RunSpec, StartSpec
+from nrchain.scene.fluid_sections import LEAST_ACCURACY, SlipSpec
 from nrchain.wording import span
 
 DEFAULT_RATIO = 1e7
@@ -62,6 +62,14 @@ def length(chain: ChainSpec) -> float:
 def period(chain: ChainSpec) -> float:
     """The length after which a periodic chain repeats along x; 0 for open chains."""
     return length(chain) if chain.ends == "periodic" else 0.0
+
+
+def pair_accuracy(slip: SlipSpec, run: RunSpec) -> float:
+    """Largest relative error of sums over all pairs; 0 stands for direct sums."""
+    if slip.accuracy == "direct":
+        return 0.0
+    accuracy = run.rtol if slip.accuracy is None else slip.accuracy
+    return accuracy if accuracy >= LEAST_ACCURACY else 0.0
 
 
 def wavevector(chain: ChainSpec, start: StartSpec) -> float:

@@ -14,7 +14,17 @@ from nrchain.hydrodynamics import slip_modes
 from nrchain.hydrodynamics.slip import E1, STRENGTH, Slip
 from nrchain.hydrodynamics.slip_mode import is_label
 from nrchain.inputs.names import SURE, nearest
-from nrchain.inputs.rules import Section, choice, flag, is_whole, rule, section, unknown
+from nrchain.inputs.rules import (
+    Section,
+    choice,
+    flag,
+    is_number,
+    is_whole,
+    optional,
+    rule,
+    section,
+    unknown,
+)
 from nrchain.scene.effect_sections import with_registration_hint
 from nrchain.scene.fixed_table import FixedTable
 
@@ -30,6 +40,18 @@ NEIGHBOURS = rule(
     near=lambda v: v.lower() if isinstance(v, str) else v,
 )
 """The rule of a reach: neighbours on each side along the chain, or all pairs."""
+
+
+LEAST_ACCURACY = 1e-12
+"""Smallest error that sums by a tree can promise; rounding is near."""
+
+ACCURACY = rule(
+    f"a number from {LEAST_ACCURACY:g} to 0.1, or 'direct'",
+    lambda v: v == "direct" or (is_number(v) and LEAST_ACCURACY <= v <= 0.1),
+    lambda v: v if isinstance(v, str) else float(v),
+    near=lambda v: v.lower() if isinstance(v, str) else v,
+)
+"""The rule of an accuracy of sums over all pairs: a relative error, or direct sums."""
 
 
 class SlipModes(FixedTable[Slip]):
@@ -72,6 +94,10 @@ class SlipSpec(Section):
     ``neighbours`` counts neighbours on each side along the chain. ``finite_size`` keeps the factors
     (1 + a²∇²/6)(1 + a²∇²/(4l + 2)), which change the velocity of 2s only; without them the pair
     laws are the paper's, to leading order in a/r.
+
+    ``accuracy`` is the largest error of a sum over all pairs, of slip or friction, relative to the
+    largest twist; by default ``run.rtol``. Long open chains are summed by a tree to this accuracy.
+    ``"direct"`` sums every pair.
     """
 
     path: ClassVar[str] = "slip"
@@ -79,6 +105,7 @@ class SlipSpec(Section):
     modes: Annotated[Mapping[str, Slip], _read_modes] = SlipModes()
     neighbours: Annotated[int | Literal["all"], NEIGHBOURS] = 1
     finite_size: Annotated[bool, flag()] = False
+    accuracy: Annotated[float | Literal["direct"] | None, optional(ACCURACY)] = None
     backend: Annotated[Backend, choice(Backend)] = "native"
 
     def check(self) -> None:
@@ -108,7 +135,8 @@ class SlipSpec(Section):
 
     def to_mapping(self) -> dict[str, Any]:
         """The raw table of the section: the options, then one key for each mode."""
-        table = {name: getattr(self, name) for name in self.spellings()}
+        given = {name: getattr(self, name) for name in self.spellings()}
+        table = {name: value for name, value in given.items() if value is not None}
         for label, slip in self.modes.items():
             table[label] = slip.strength if slip.axis == E1 else slip.to_mapping()
         return table

@@ -82,6 +82,11 @@ class Scene(Section):
         return derived.period(self.chain)
 
     @property
+    def pair_accuracy(self) -> float:
+        """Largest relative error of sums over all pairs; 0 stands for direct sums."""
+        return derived.pair_accuracy(self.slip, self.run)
+
+    @property
     def wavevector(self) -> float:
         """q = wavenumber · π/L, or wavenumber · 2π/L on a periodic chain."""
         return derived.wavevector(self.chain, self.start)

@@ -217,7 +217,8 @@ def _mobility(scene: Scene, positions: np.ndarray) -> Callable[[np.ndarray], np.
     if friction.kind == "one-body":
         return lambda wrenches: wrenches / np.repeat(scene.drag, 3)
     reach = None if friction.neighbours == "all" else friction.neighbours
-    pairs = PairFriction(chain.particles, reach, chain.radius, chain.viscosity, scene.period)
+    fluid = chain.radius, chain.viscosity, scene.period
+    pairs = PairFriction(chain.particles, reach, *fluid, scene.pair_accuracy)
 
     def apply(wrenches: np.ndarray) -> np.ndarray:
         twists = np.zeros_like(wrenches)

@@ -37,7 +37,7 @@ def make_flow(
     if slip.backend == "pystokes":
         options |= {"neighbours": shown, "viscosity": chain.viscosity}
         return PyStokesFlow(*modes, **options)
-    return SlipFlow(*modes, **options)
+    return SlipFlow(*modes, **options, accuracy=scene.pair_accuracy)
 
 
 def active_modes(scene: Scene) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""((r + r′)/D)^p < τ(accuracy): degrees of multipoles, and from how many spheres on a tree is faster.
+"""((r + r′)/D)^p < τ(accuracy): degrees of multipoles, and how many spheres make a tree faster.
 
 An interval of radius r acts on one of radius r′ at the distance D. What multipoles beyond degree p
 would add is at most of the order of ((r + r′)/D)^(p + 1) of their flow. It is smaller where spheres

@@ -64,14 +64,15 @@ def fill_balls(points, bounds, balls):
             for j in range(first + 1, last):
                 least, most = min(least, points[k, j]), max(most, points[k, j])
             balls[i, k] = 0.5 * (least + most)
-        square = 0.0
+        square = nothing = 0.0
         for j in range(first, last):
             x, y = points[0, j] - balls[i, 0], points[1, j] - balls[i, 1]
             z = points[2, j] - balls[i, 2]
             s = x * x + y * y + z * z
-            if not s <= square:
-                square = s
-        balls[i, 3] = np.sqrt(square)
+            square = max(square, s)
+            # the radius is no number if a position is none: such an interval is near all
+            nothing += 0.0 * s
+        balls[i, 3] = np.sqrt(square) + nothing
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""Σ_j over all pairs of a long open chain: slip flows and friction, by near pairs and a far field."""
+"""Σ_j over all pairs of a long open chain: slip flows and friction, near pairs and far field."""
 
 from __future__ import annotations
 
