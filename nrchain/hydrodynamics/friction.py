@@ -184,7 +184,7 @@ class PairFriction:
         place = self.radius, self._layout.first, self.reach
         sharing.add(_twist_kernel, self._parallel, self._sources, *place, twists)
 
-    def direct_twists(self, spheres: Sequence[int]) -> np.ndarray:
+    def direct_twists(self, spheres: Sequence[int] | np.ndarray) -> np.ndarray:
         """(v, ω) (n, 6) of some spheres by the direct sum, at the last positions and wrenches."""
         rows, add = np.zeros((len(spheres), 6)), _twist_kernel(False)
         for row, sphere in zip(rows, spheres, strict=True):

@@ -219,7 +219,7 @@ class SlipFlow:
         place = self.radius, self._layout.first, self.reach
         sharing.add(compiled, self._parallel, self._sources, *place, twists)
 
-    def direct_twists(self, spheres: Sequence[int]) -> np.ndarray:
+    def direct_twists(self, spheres: Sequence[int] | np.ndarray) -> np.ndarray:
         """(Σ_j u, Σ_j w) (n, 6) of some spheres by the direct sum, at the last poses."""
         rows, add = np.zeros((len(spheres), 6)), twist_kernel(self.law.source, False)
         for row, sphere in zip(rows, spheres, strict=True):

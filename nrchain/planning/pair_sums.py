@@ -51,9 +51,8 @@ class PairSumError:
 def sum_over_pairs(scene: Scene) -> str:
     """How the slip or friction of all pairs is summed, in words; empty without such a sum."""
     friction, slip = scene.friction, scene.slip
-    parts = [slip] if active_modes(scene) else []
-    parts += [friction] if friction.kind == "pairwise" else []
-    if not any(part.neighbours == "all" and part.backend == "native" for part in parts):
+    parts = (bool(active_modes(scene)), slip), (friction.kind == "pairwise", friction)
+    if not any(acts and p.neighbours == "all" and p.backend == "native" for acts, p in parts):
         return ""
     if scene.chain.ends == "periodic" or scene.chain.particles < break_even(scene.pair_accuracy):
         return "direct"
@@ -100,8 +99,8 @@ def _error(
     name: str, twists: np.ndarray, exact: np.ndarray, spheres: np.ndarray, accuracy: float
 ) -> PairSumError:
     errors, largest = np.abs(twists[spheres] - exact), np.abs(twists)
-    parts = [
+    velocity, spin = (
         float(errors[:, part].max() / largest[:, part].max()) if largest[:, part].any() else 0.0
         for part in (slice(3), slice(3, 6))
-    ]
-    return PairSumError(name, *parts, accuracy, len(spheres))
+    )
+    return PairSumError(name, velocity, spin, accuracy, len(spheres))
