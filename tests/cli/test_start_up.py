@@ -43,7 +43,7 @@ finally:
 """
 
 NAMES = ("matplotlib", "PIL", "sksundae", "pystokes", "rich.progress", "nrchain.accuracy")
-"""Libraries of pictures, an integrator, pair laws and a terminal, and what finds costs of scenes."""
+"""Libraries of pictures, an integrator, pair laws and a terminal; a room that finds costs."""
 
 
 def start(folder, *changes):
