@@ -24,7 +24,7 @@ always compiled anew.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -74,9 +74,11 @@ class PairLaw:
 
     @cached_property
     def source(self) -> str:
-        """The text of ``sum_twists`` and ``sum_changes`` for these modes."""
-        return _function("sum_twists", ("sources",), self._twist_lines()) + _function(
-            "sum_changes", ("sources", "changes"), self._change_lines()
+        """The text of ``sum_twists``, ``sum_changes`` and ``set_derivative`` for these modes."""
+        return (
+            _sum("sum_twists", ("sources",), self._twist_lines())
+            + _sum("sum_changes", ("sources", "changes"), self._change_lines())
+            + _function("set_derivative(sources, radius, me, j, out)", self._derivative_lines())
         )
 
     def _fields(self, group: int) -> Iterator[tuple[str, str, _Sum]]:
@@ -151,6 +153,75 @@ class PairLaw:
                 ]
         return lines
 
+    def _derivative_lines(self) -> list[str]:
+        """The lines of ``set_derivative``: a field changes by X d + T φ for d = ∂x/r, ∂e = φ × e.
+
+        With e^ the matrix of d ↦ e × d, sums over the basis vectors b, and g_b n·d + ∂F_b/∂c e·d
+        the change of F_b with d,
+
+            X = Σ b (g_b n + ∂F_b/∂c e)ᵀ + F_n + F_x e^,
+            T = Σ b (∂F_b/∂c m)ᵀ − F_e e^ + F_x (e nᵀ − c).
+        """
+        lines = self._geometry()
+        entries: dict[tuple[int, int], list[str]] = {(p, q): [] for p in range(6) for q in range(6)}
+        for group in range(len(self.axes)):
+            lines += self._axis(group)
+            fields = list(self._fields(group))
+            for field, first in (("u", 0), ("w", 3)):
+                sums = {basis: total for of, basis, total in fields if of == field}
+                lines += _coefficient_lines(sums)
+                for (p, q), terms in _derivative_terms(sums).items():
+                    name = f"{field}{group}{p}{q}"
+                    if terms:
+                        lines.append(f"{name} = " + " + ".join(terms))
+                        entries[first + p, q].append(name)
+        for (p, q), names in entries.items():
+            scale = (" * inverse" if q < 3 else "") + (" / radius" if p > 2 else "")
+            lines.append(f"out[{p}, {q}] = ({' + '.join(names) or '0.0'}){scale}")
+        return lines
+
+
+def _coefficient_lines(sums: Mapping[str, _Sum]) -> list[str]:
+    """F_b, g_b and ∂F_b/∂c of a field along each basis vector, and Σ b g_b and Σ b ∂F_b/∂c."""
+    lines = []
+    for basis, total in sums.items():
+        lines += total.at_each_power("p")
+        lines.append(f"f{basis} = {total.over_powers('p')}")
+        lines.append(f"g{basis} = -{total.decay('p', own=int(basis != 'e'))}")
+        if slope := total.slope():
+            lines += slope.at_each_power("q")
+            lines.append(f"h{basis} = {slope.over_powers('q')}")
+            lines.append(f"g{basis} -= c1 * h{basis}")
+    sloped = [basis for basis, total in sums.items() if total.slope()]
+    for letter, members in (("g", list(sums)), ("h", sloped)):
+        for k in range(3) if members else ():
+            terms = (f"{letter}{basis} * {_VECTOR[basis]}{k}" for basis in members)
+            lines.append(f"{letter}{k} = " + " + ".join(terms))
+    return lines
+
+
+def _derivative_terms(sums: Mapping[str, _Sum]) -> dict[tuple[int, int], list[str]]:
+    """The terms of the matrix (X, T) of a field, by row and column."""
+    sloped = any(total.slope() for total in sums.values())
+    found: dict[tuple[int, int], list[str]] = {}
+    for p in range(3):
+        for q in range(3):
+            shift = [f"g{p} * n{q}"] if sums else []
+            turn = [f"fx * e{p} * n{q}"] if "x" in sums else []
+            if sloped:
+                shift.append(f"h{p} * e{q}")
+                turn.append(f"h{p} * m{q}")
+            if p == q:
+                shift += ["fn"] if "n" in sums else []
+                turn += ["-fx * c1"] if "x" in sums else []
+            else:
+                # element p, q of the matrix of d ↦ e × d
+                sign, k = ("-", (p + 2) % 3) if q == (p + 1) % 3 else ("", (p + 1) % 3)
+                shift += [f"{sign}fx * e{k}"] if "x" in sums else []
+                turn += [f"{'' if sign else '-'}fe * e{k}"] if "e" in sums else []
+            found[p, q], found[p, 3 + q] = shift, turn
+    return found
+
 
 @dataclass(frozen=True)
 class _Sum:
@@ -220,14 +291,20 @@ def _cross(a: str, b: str, k: int) -> str:
     return f"{a}{p} * {b}{q} - {a}{q} * {b}{p}"
 
 
-def _function(name: str, tables: Sequence[str], lines: Sequence[str]) -> str:
+def _function(signature: str, lines: Iterable[str]) -> str:
+    return f"def {signature}:\n" + "".join(f"    {line}\n" for line in lines)
+
+
+def _sum(name: str, tables: Sequence[str], lines: Sequence[str]) -> str:
     """The text of a sum over j; ``tables`` are the arrays it reads."""
-    return (
-        f"def {name}({', '.join(tables)}, radius, me, first, last):\n"
-        "    u0 = u1 = u2 = w0 = w1 = w2 = 0.0\n"
-        "    for j in range(np.uint64(first), np.uint64(last)):\n"
-        + "".join(f"        {line}\n" for line in lines)
-        + "    return u0, u1, u2, w0, w1, w2\n"
+    return _function(
+        f"{name}({', '.join(tables)}, radius, me, first, last)",
+        [
+            "u0 = u1 = u2 = w0 = w1 = w2 = 0.0",
+            "for j in range(np.uint64(first), np.uint64(last)):",
+            *(f"    {line}" for line in lines),
+            "return u0, u1, u2, w0, w1, w2",
+        ],
     )
 
 
@@ -241,6 +318,15 @@ def sum_twists(law, sources, radius, me, first, last):
 
 def sum_changes(law, sources, changes, radius, me, first, last):
     """Change of :func:`sum_twists` with ``changes`` of the rows x, y, z and of the axes."""
+    raise NotImplementedError("compiled code only")
+
+
+def set_derivative(law, sources, radius, me, j, out):
+    """out (6, 6) = ∂(u, w) of the flow of ``j`` at ``me``.
+
+    Columns are the displacement of ``me`` and the rotation of ``j``, in the lab. A displacement of
+    ``j`` has the opposite effect, and a rotation of ``me`` none.
+    """
     raise NotImplementedError("compiled code only")
 
 
@@ -273,5 +359,17 @@ def _sum_changes_of(law, sources, changes, radius, me, first, last):
 
     def call(law, sources, changes, radius, me, first, last):
         return compiled(sources, changes, radius, me, first, last)
+
+    return rename(call, law.literal_value)
+
+
+@overload(set_derivative, prefer_literal=True)
+def _set_derivative_of(law, sources, radius, me, j, out):
+    if not isinstance(law, types.StringLiteral):
+        return None
+    compiled = _compiled(law.literal_value, "set_derivative")
+
+    def call(law, sources, radius, me, j, out):
+        return compiled(sources, radius, me, j, out)
 
     return rename(call, law.literal_value)

@@ -18,7 +18,7 @@ from numba import prange
 from nrchain._compile import kernel
 from nrchain.hydrodynamics import sharing
 from nrchain.hydrodynamics.images import Layout
-from nrchain.hydrodynamics.pair_law import PairLaw, sum_changes, sum_twists
+from nrchain.hydrodynamics.pair_law import PairLaw, set_derivative, sum_changes, sum_twists
 from nrchain.hydrodynamics.sharing import PARALLEL_PAIRS, compile_sum
 from nrchain.hydrodynamics.tree.choice import slip_tree
 
@@ -64,37 +64,23 @@ def product_kernel(law: str, parallel: bool):
 def block_kernel(law: str):
     """Compile the Jacobian blocks of near pairs: see :meth:`SlipFlow.add_jacobian`."""
 
-    def add_blocks(sources, changes, radius, first_slot, reach, blocks):
+    def add_blocks(sources, radius, first_slot, reach, blocks):
         count, centre = blocks.shape[0], blocks.shape[1] // 2
-        changes[:] = 0.0
+        change = np.empty((6, 6))
         for i in range(count):
             me = first_slot + i
             for j in range(max(0, me - reach), min(sources.shape[1], me + reach + 1)):
                 if j == me:
                     continue
-                for column in range(6):
-                    _set_unit_change(sources, changes, j, column, 1.0)
-                    twist = sum_changes(law, sources, changes, radius, me, j, j + 1)
-                    _set_unit_change(sources, changes, j, column, 0.0)
-                    for row in range(6):
-                        value = twist[row] if row < 3 else twist[row] / radius
-                        blocks[i, centre + j - me, row, column] += value
-                        if column < 3:
-                            blocks[i, centre, row, column] -= value
+                m = centre + j - me
+                set_derivative(law, sources, radius, me, j, change)
+                for row in range(6):
+                    for k in range(3):
+                        blocks[i, centre, row, k] += change[row, k]
+                        blocks[i, m, row, k] -= change[row, k]
+                        blocks[i, m, row, 3 + k] += change[row, 3 + k]
 
     return compile_sum(add_blocks, False, law)
-
-
-@kernel
-def _set_unit_change(sources, changes, j, column, size):
-    """Displace sphere j by ``size`` along x, y or z, or rotate its axes about it."""
-    if column < 3:
-        changes[column, j] = size
-        return
-    k1, k2 = (column - 2) % 3, (column - 1) % 3
-    for axis in range(3, changes.shape[0], 3):
-        changes[axis + k1, j] = -size * sources[axis + k2, j]
-        changes[axis + k2, j] = size * sources[axis + k1, j]
 
 
 @kernel
@@ -237,7 +223,7 @@ class SlipFlow:
         self._place(positions, frames)
         reach = min(self.reach, blocks.shape[1] // 2)
         add = block_kernel(self.law.source)
-        add(self._sources, self._changes, self.radius, self._layout.first, reach, blocks)
+        add(self._sources, self.radius, self._layout.first, reach, blocks)
 
     def add_product(self, poses: np.ndarray, twists: np.ndarray) -> None:
         """twists += the change of :meth:`add_twists` with the poses.

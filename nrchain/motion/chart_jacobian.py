@@ -31,35 +31,33 @@ def transform_blocks(blocks, slot_of, maps, turning):
     """blocks ← T_i⁻¹ D_ij T_j + δ_ij ∂(T_i⁻¹)·ω, in place."""
     count, width = blocks.shape[0], blocks.shape[1]
     centre = width // 2
-    work = np.empty((6, 3))
     for i in range(count):
         if slot_of[i] < 0:
             continue
-        own = blocks[i, centre]
         # ω − Ω changes by −φ × Ω = Ω × φ when the sphere rotates by φ, and Ω with it
         for k in range(3):
             k1, k2 = (k + 1) % 3, (k + 2) % 3
-            own[3 + k, 3 + k1] -= turning[i, k2]
-            own[3 + k, 3 + k2] += turning[i, k1]
+            blocks[i, centre, 3 + k, 3 + k1] -= turning[i, k2]
+            blocks[i, centre, 3 + k, 3 + k2] += turning[i, k1]
         for m in range(width):
             j = (i + m - centre) % count
             if slot_of[j] < 0:
                 continue
-            block = blocks[i, m]
             for p in range(6):
+                x, y, z = blocks[i, m, p, 3], blocks[i, m, p, 4], blocks[i, m, p, 5]
                 for q in range(3):
-                    work[p, q] = 0.0
-                    for k in range(3):
-                        work[p, q] += block[p, 3 + k] * maps[j, 0, k, q]
-                for q in range(3):
-                    block[p, 3 + q] = work[p, q]
+                    blocks[i, m, p, 3 + q] = (
+                        x * maps[j, 0, 0, q] + y * maps[j, 0, 1, q] + z * maps[j, 0, 2, q]
+                    )
             for q in range(6):
+                x, y, z = blocks[i, m, 3, q], blocks[i, m, 4, q], blocks[i, m, 5, q]
                 for p in range(3):
-                    work[p, 0] = maps[i, 2, p, q - 3] if m == centre and q > 2 else 0.0
-                    for k in range(3):
-                        work[p, 0] += maps[i, 1, p, k] * block[3 + k, q]
-                for p in range(3):
-                    block[3 + p, q] = work[p, 0]
+                    blocks[i, m, 3 + p, q] = (
+                        maps[i, 1, p, 0] * x + maps[i, 1, p, 1] * y + maps[i, 1, p, 2] * z
+                    )
+        for p in range(3):
+            for q in range(3):
+                blocks[i, centre, 3 + p, 3 + q] += maps[i, 2, p, q]
 
 
 @kernel

@@ -30,12 +30,12 @@ def _divide(twists, translational, rotational):
 
 @kernel
 def _divide_blocks(blocks, translational, rotational):
-    for i in range(blocks.shape[0]):
-        for m in range(blocks.shape[1]):
-            for k in range(6):
-                for row in range(3):
-                    blocks[i, m, row, k] /= translational
-                    blocks[i, m, 3 + row, k] /= rotational
+    rows = blocks.reshape(-1, 36)
+    for block in range(rows.shape[0]):
+        for k in range(18):
+            rows[block, k] /= translational
+        for k in range(18, 36):
+            rows[block, k] /= rotational
 
 
 class Mobility:

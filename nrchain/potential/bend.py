@@ -14,12 +14,11 @@ from __future__ import annotations
 from nrchain._compile import kernel
 from nrchain.potential.link import (
     add_cross,
-    add_product_blocks,
     add_product_moment,
-    add_turned_cross,
     dot,
     product_energy,
 )
+from nrchain.potential.link_blocks import add_product_blocks, add_turned_cross
 
 
 @kernel
@@ -36,10 +35,10 @@ def add_moment(e, f, modulus, moment):
 
 
 @kernel
-def add_blocks(e, f, modulus, axis, own, other):
-    """own, other += the derivatives of the moment with rotations of the two spheres."""
-    add_product_blocks(e[0], f[1], modulus, axis, own, other)
-    add_product_blocks(e[2], f[0], modulus, axis, own, other)
+def add_blocks(e, f, modulus, turning):
+    """turning (3, 3) += the derivative of the moment with the rotation of the first sphere."""
+    add_product_blocks(e[0], f[1], modulus, turning)
+    add_product_blocks(e[2], f[0], modulus, turning)
 
 
 @kernel
@@ -54,5 +53,5 @@ def add_isotropic_moment(e, f, modulus, moment):
 
 
 @kernel
-def add_isotropic_blocks(e, f, modulus, axis, own, other):
-    add_turned_cross(e[0], f[0], modulus, own, other)
+def add_isotropic_blocks(e, f, modulus, turning):
+    add_turned_cross(e[0], f[0], modulus, turning)

@@ -25,17 +25,16 @@ from nrchain.potential import stretch as stretching
 from nrchain.potential import twist as twisting
 from nrchain.potential.link import (
     REACH,
-    add_strain_blocks,
     add_strain_wrenches,
-    add_turning_blocks,
     add_turning_moment,
+    axes_of,
     is_wide,
     link_spheres,
     link_tangent,
     link_weights,
     mid_vector,
-    set_gradient,
 )
+from nrchain.potential.link_blocks import add_strain_blocks, add_turning_blocks, set_strain_parts
 
 __all__ = ["REACH", "TERMS", "Elasticity", "terms_of"]
 
@@ -139,9 +138,9 @@ def block_kernel(terms: tuple[str, ...], isotropic: bool) -> Any:
     def add_jacobian(positions, frames, spacing, period, stretch, shear, twist, bend, blocks):
         count, periodic = positions.shape[0], period > 0.0
         stiffness = np.array([stretch, shear, shear]) * spacing**2
-        roots, tensions = np.sqrt(stiffness), np.zeros(3)
-        gradients = np.zeros((3, 4, 6))
-        own, other, axis = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+        roots, tensions, pulls = np.sqrt(stiffness), np.zeros(3), np.zeros((3, 3))
+        levers, ties = np.zeros((4, 3, 3)), np.empty((4, 3, 3))
+        tensile, turning = np.empty((3, 3)), np.empty((3, 3))
         for link in range(count if periodic else count - 1):
             if stretched or sheared:
                 wide = is_wide(link, count, periodic)
@@ -151,36 +150,37 @@ def block_kernel(terms: tuple[str, ...], isotropic: bool) -> Any:
                     e_a = mid_vector(frames, a, spheres, weights)
                     strain = stretching.strain(e_a, t) if a == 0 else shearing.strain(e_a, t)
                     tensions[a] = stiffness[a] * strain
-                    set_gradient(
-                        frames, a, spheres, weights, spacing, e_a, t, roots[a], gradients[a]
-                    )
-                add_strain_blocks(
+                    for k in range(3):
+                        pulls[a, k] = roots[a] * e_a[k]
+                set_strain_parts(
                     frames,
                     first,
                     last,
                     spheres,
-                    wide,
                     weights,
-                    spacing,
                     t,
+                    roots,
                     tensions,
-                    gradients,
+                    pulls,
+                    levers,
+                    ties,
+                    tensile,
                     blocks,
                 )
+                add_strain_blocks(spheres, wide, weights, spacing, levers, ties, tensile, blocks)
             if twisted or bent:
                 i, j = link, (link + 1 if link + 1 < count else 0)
-                e, f = frames[i], frames[j]
-                own[:] = 0.0
-                other[:] = 0.0
+                e, f = axes_of(frames, i), axes_of(frames, j)
+                turning[:] = 0.0
                 if twisted and isotropic:
-                    twisting.add_isotropic_blocks(e, f, twist, axis, own, other)
+                    twisting.add_isotropic_blocks(e, f, twist, turning)
                 elif twisted:
-                    twisting.add_blocks(e, f, twist, axis, own, other)
+                    twisting.add_blocks(e, f, twist, turning)
                 if bent and isotropic:
-                    bending.add_isotropic_blocks(e, f, bend, axis, own, other)
+                    bending.add_isotropic_blocks(e, f, bend, turning)
                 elif bent:
-                    bending.add_blocks(e, f, bend, axis, own, other)
-                add_turning_blocks(own, other, i, j, blocks)
+                    bending.add_blocks(e, f, bend, turning)
+                add_turning_blocks(turning, i, j, blocks)
 
     return kernel(rename(add_jacobian, *terms, isotropic))
 

@@ -80,6 +80,25 @@ def dot(first, second):
 
 
 @kernel
+def cross(first, second):
+    return (
+        first[1] * second[2] - first[2] * second[1],
+        first[2] * second[0] - first[0] * second[2],
+        first[0] * second[1] - first[1] * second[0],
+    )
+
+
+@kernel
+def axes_of(frames, i):
+    """e₁, e₂ and e₃ of sphere i, by components."""
+    return (
+        (frames[i, 0, 0], frames[i, 0, 1], frames[i, 0, 2]),
+        (frames[i, 1, 0], frames[i, 1, 1], frames[i, 1, 2]),
+        (frames[i, 2, 0], frames[i, 2, 1], frames[i, 2, 2]),
+    )
+
+
+@kernel
 def add_cross(first, second, factor, out):
     """out += factor (a × b)."""
     out[0] += factor * (first[1] * second[2] - first[2] * second[1])
@@ -135,87 +154,6 @@ def add_strain_wrenches(
 
 
 @kernel
-def set_gradient(frames, a, spheres, weights, spacing, e, tangent, factor, gradient):
-    """gradient (4, 6) = factor ∂(C⁰e_a·C¹r)/∂(u, φ) of the spheres of a link, with e = C⁰e_a."""
-    outer, inner, far, near = weights
-    frame = (outer, inner, inner, outer)
-    along = (far / spacing, -near / spacing, near / spacing, -far / spacing)
-    for m in range(4):
-        i = spheres[m]
-        for k in range(3):
-            k1, k2 = (k + 1) % 3, (k + 2) % 3
-            lever = frames[i, a, k1] * tangent[k2] - frames[i, a, k2] * tangent[k1]
-            gradient[m, k] = factor * along[m] * e[k]
-            gradient[m, 3 + k] = factor * frame[m] * lever
-
-
-@kernel
-def add_strain_blocks(
-    frames, first, last, spheres, wide, weights, spacing, tangent, tensions, gradients, blocks
-):
-    """blocks −= Σ_a (g_a g_aᵀ + τ_a ∂²s_a) for strains s_a with √K_a ∂s_a = g_a (3, 4, 6)."""
-    centre = blocks.shape[1] // 2
-    outer, inner, far, near = weights
-    frame = (outer, inner, inner, outer)
-    along = (far / spacing, -near / spacing, near / spacing, -far / spacing)
-    for m in range(0 if wide else 1, 4 if wide else 3):
-        i = spheres[m]
-        stress = stress_vector(frames, i, first, last, tensions)
-        for n in range(0 if wide else 1, 4 if wide else 3):
-            block = blocks[i, centre + n - m]
-            for p in range(6):
-                for q in range(6):
-                    total = 0.0
-                    for a in range(first, last):
-                        total += gradients[a, m, p] * gradients[a, n, q]
-                    block[p, q] -= total
-            other = stress_vector(frames, spheres[n], first, last, tensions)
-            _add_skew(block, 0, 3, along[m] * frame[n], other)
-            _add_skew(block, 3, 0, -frame[m] * along[n], stress)
-        _add_dyadic(blocks[i, centre], -frame[m], stress, tangent)
-
-
-@kernel
-def _add_skew(block, row, column, factor, v):
-    """block[row:row+3, column:column+3] += factor v^, the matrix of w ↦ v × w."""
-    for k in range(3):
-        k1, k2 = (k + 1) % 3, (k + 2) % 3
-        block[row + k, column + k1] -= factor * v[k2]
-        block[row + k, column + k2] += factor * v[k1]
-
-
-@kernel
-def _add_dyadic(block, factor, e, t):
-    """block[3:, 3:] += factor (e tᵀ − (e·t) I)."""
-    along = dot(e, t)
-    for p in range(3):
-        for q in range(3):
-            block[3 + p, 3 + q] += factor * e[p] * t[q]
-        block[3 + p, 3 + p] -= factor * along
-
-
-@kernel
-def add_turned_cross(e, f, factor, own, other):
-    """Derivative of factor (e × f): own += factor (e fᵀ − e·f), other −= factor (f eᵀ − e·f)."""
-    along = dot(e, f)
-    for p in range(3):
-        for q in range(3):
-            own[p, q] += factor * e[p] * f[q]
-            other[p, q] -= factor * f[p] * e[q]
-        own[p, p] -= factor * along
-        other[p, p] += factor * along
-
-
-@kernel
-def add_outer(axis, factor, own, other):
-    """own −= factor v vᵀ and other += factor v vᵀ."""
-    for p in range(3):
-        for q in range(3):
-            own[p, q] -= factor * axis[p] * axis[q]
-            other[p, q] += factor * axis[p] * axis[q]
-
-
-@kernel
 def product_energy(e, f):
     """½ (e·f)²."""
     return 0.5 * dot(e, f) ** 2
@@ -228,32 +166,11 @@ def add_product_moment(e, f, modulus, moment):
 
 
 @kernel
-def add_product_blocks(e, f, modulus, axis, own, other):
-    """∂/∂φ and ∂/∂φ′ of :func:`add_product_moment`; ``axis`` (3,) is scratch space."""
-    add_turned_cross(e, f, -modulus * dot(e, f), own, other)
-    axis[:] = 0.0
-    add_cross(e, f, 1.0, axis)
-    add_outer(axis, modulus, own, other)
-
-
-@kernel
 def add_turning_moment(moment, i, j, wrenches):
     """wrenches += the moment of a link on its first sphere i, and minus it on the second, j."""
     for k in range(3):
         wrenches[i, 3 + k] += moment[k]
         wrenches[j, 3 + k] -= moment[k]
-
-
-@kernel
-def add_turning_blocks(own, other, i, j, blocks):
-    """blocks += the derivatives (3, 3) of the moment with the rotations of the two spheres."""
-    centre = blocks.shape[1] // 2
-    for p in range(3):
-        for q in range(3):
-            blocks[i, centre, 3 + p, 3 + q] += own[p, q]
-            blocks[i, centre + 1, 3 + p, 3 + q] += other[p, q]
-            blocks[j, centre - 1, 3 + p, 3 + q] -= own[p, q]
-            blocks[j, centre, 3 + p, 3 + q] -= other[p, q]
 
 
 @kernel

@@ -15,13 +15,12 @@ from __future__ import annotations
 from nrchain._compile import kernel
 from nrchain.potential.link import (
     add_cross,
-    add_outer,
-    add_product_blocks,
     add_product_moment,
-    add_turned_cross,
+    cross,
     dot,
     product_energy,
 )
+from nrchain.potential.link_blocks import add_outer, add_product_blocks, add_turned_cross
 
 
 @kernel
@@ -37,9 +36,9 @@ def add_moment(e, f, modulus, moment):
 
 
 @kernel
-def add_blocks(e, f, modulus, axis, own, other):
-    """own, other += the derivatives of the moment with rotations of the two spheres."""
-    add_product_blocks(e[1], f[2], modulus, axis, own, other)
+def add_blocks(e, f, modulus, turning):
+    """turning (3, 3) += the derivative of the moment with the rotation of the first sphere."""
+    add_product_blocks(e[1], f[2], modulus, turning)
 
 
 @kernel
@@ -61,11 +60,10 @@ def add_isotropic_moment(e, f, modulus, moment):
 
 
 @kernel
-def add_isotropic_blocks(e, f, modulus, axis, own, other):
+def add_isotropic_blocks(e, f, modulus, turning):
     sine = _sine(e, f)
-    add_turned_cross(e[1], f[2], -0.5 * modulus * sine, own, other)
-    add_turned_cross(e[2], f[1], 0.5 * modulus * sine, own, other)
-    axis[:] = 0.0
-    add_cross(e[1], f[2], 0.5, axis)
-    add_cross(e[2], f[1], -0.5, axis)
-    add_outer(axis, modulus, own, other)
+    add_turned_cross(e[1], f[2], -0.5 * modulus * sine, turning)
+    add_turned_cross(e[2], f[1], 0.5 * modulus * sine, turning)
+    a, b = cross(e[1], f[2]), cross(e[2], f[1])
+    mean = 0.5 * (a[0] - b[0]), 0.5 * (a[1] - b[1]), 0.5 * (a[2] - b[2])
+    add_outer(mean, -modulus, turning)

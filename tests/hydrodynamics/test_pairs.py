@@ -239,7 +239,7 @@ def test_the_loop_over_pairs_reads_side_by_side(name, tables, rows):
     [
         # an index that may count from the end
         '.replace("np.uint64(first), np.uint64(last)", "first, last")',
-        '.replace("inverse =", "print(j)\\n        inverse =")',
+        '.replace("        inverse =", "        print(j)\\n        inverse =")',
     ],
 )
 def test_a_loop_that_could_not_would_be_noticed(change):
