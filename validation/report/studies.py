@@ -45,6 +45,10 @@ STUDIES: dict[str, Study] = {
         "validation.performance.run", "Performance: against common practice, and scaling with N"
     ),
     "cost": Study("validation.cost.run", "What accuracy costs in time: four work–precision maps"),
+    "verification": Study(
+        "validation.verification.run",
+        "Verification: the error that a run estimates of itself, against its error",
+    ),
     "effects": Study(
         "validation.effects.run",
         "Effects: what a plan predicts of each, and what a tolerance leaves out",

@@ -1,0 +1,1 @@
+"""The error that a run estimates of itself, against its error."""
