@@ -21,9 +21,9 @@ WIDEST = 0.36
 CLOSEST = 0.5
 """Largest (r + r′)/D whatever the accuracy: multipoles converge slowly beyond."""
 
-FEWEST, FEWEST_PER_DEGREE = 500, 150
-"""Spheres from which on a tree is faster than the direct sum: a number, and more for each degree
-of its multipoles. Measured on a chain that walks at random, which takes the longest."""
+FEWEST = 200
+"""Spheres from which on a tree is faster than the direct sum, for each degree of its multipoles:
+measured on straight, coiled and randomly walking chains, of which the last take the longest."""
 
 
 def far_ratios(accuracy: float, degree: int, own_degree: int) -> np.ndarray:
@@ -53,4 +53,4 @@ def break_even(accuracy: float) -> float:
     """The number of spheres from which on a tree sums all pairs; infinite for an accuracy of 0."""
     if accuracy <= 0.0:
         return math.inf
-    return FEWEST + FEWEST_PER_DEGREE * highest_degree(accuracy, 0)
+    return FEWEST * highest_degree(accuracy, 0)

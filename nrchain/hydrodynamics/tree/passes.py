@@ -27,41 +27,48 @@ POTENTIALS = 4
 
 
 @kernel
-def _add_shifted(G, regular, source, d, lowest, degree, out):
-    """out (n, 4) += multipoles ``source`` of degrees ``lowest`` to ``degree``, centred d away."""
-    first, second, first_weight, second_weight = G
-    top = int(np.sqrt(out.shape[0]) + 0.5) - 1
-    for b in range(lowest * lowest, (degree + 1) * (degree + 1)):
+def _fill_moments(source, d, moments):
+    """moments (4n,) = the rows of ``source`` (n, 4), with ψ about a centre that lies −d away."""
+    for b in range(source.shape[0]):
         m0, m1, m2 = source[b, 0], source[b, 1], source[b, 2]
-        m3 = source[b, 3] + d[0] * m0 + d[1] * m1 + d[2] * m2
-        room = top + 1 - int(np.sqrt(b))
-        for a in range(room * room):
-            for c, weight in (
-                (first[b, a], first_weight[b, a]),
-                (second[b, a], second_weight[b, a]),
-            ):
-                p = weight * regular[a]
-                out[c, 0] += p * m0
-                out[c, 1] += p * m1
-                out[c, 2] += p * m2
-                out[c, 3] += p * m3
+        moments[4 * b], moments[4 * b + 1], moments[4 * b + 2] = m0, m1, m2
+        moments[4 * b + 3] = source[b, 3] + d[0] * m0 + d[1] * m1 + d[2] * m2
 
 
 @cache
 def gather_kernel(parallel: bool):
-    """Compile the multipoles of leaves, from those of their spheres (N, rows, 4)."""
+    """Compile the multipoles of leaves, from those of their spheres (N, rows, 4).
+
+    Σ_j R_a(x_j) M_b(j) is summed over the spheres of a leaf before the table G is used.
+    """
 
     def gather(points, own, lowest, bounds, balls, degree, G, multipoles):
-        leaves, highest = bounds.shape[0] // 2, int(np.sqrt(own.shape[1]) + 0.5) - 1
+        first, second, first_weight, second_weight = G
+        leaves, rows, count = bounds.shape[0] // 2, own.shape[1], (degree + 1) ** 2
         for leaf in prange(leaves):
             i = leaves + leaf
-            regular, d = np.empty((degree + 1) ** 2), np.empty(3)
-            multipoles[i] = 0.0
+            regular, d, moments = np.empty(count), np.empty(3), np.empty(4 * rows)
+            products = np.zeros((count, 4 * rows))
             for j in range(bounds[i, 0], bounds[i, 1]):
                 for k in range(3):
                     d[k] = points[k, j] - balls[i, k]
                 fill_regular(d[0], d[1], d[2], degree, regular)
-                _add_shifted(G, regular, own[j], d, lowest, highest, multipoles[i])
+                _fill_moments(own[j], d, moments)
+                for ell in range(degree + 1 - lowest):
+                    width = 4 * min(rows, (degree + 1 - ell) ** 2)
+                    for a in range(ell * ell, (ell + 1) * (ell + 1)):
+                        r = regular[a]
+                        for column in range(width):
+                            products[a, column] += r * moments[column]
+            multipoles[i] = 0.0
+            for b in range(lowest * lowest, rows):
+                room = degree + 1 - int(np.sqrt(b))
+                for a in range(room * room):
+                    c, e = first[b, a], second[b, a]
+                    v, w = first_weight[b, a], second_weight[b, a]
+                    for k in range(4):
+                        multipoles[i, c, k] += v * products[a, 4 * b + k]
+                        multipoles[i, e, k] += w * products[a, 4 * b + k]
 
     return compile_sum(gather, parallel)
 
@@ -69,13 +76,23 @@ def gather_kernel(parallel: bool):
 @kernel
 def raise_multipoles(balls, degree, G, multipoles):
     """The multipoles of larger intervals, from those of their halves."""
-    regular, d = np.empty((degree + 1) ** 2), np.empty(3)
+    first, second, first_weight, second_weight = G
+    count = (degree + 1) ** 2
+    regular, d, moments = np.empty(count), np.empty(3), np.empty(4 * count)
     for i in range(balls.shape[0] // 2 - 1, 0, -1):
         multipoles[i] = 0.0
         for half in range(2 * i, 2 * i + 2):
             d[:] = balls[half, :3] - balls[i, :3]
             fill_regular(d[0], d[1], d[2], degree, regular)
-            _add_shifted(G, regular, multipoles[half], d, 0, degree, multipoles[i])
+            _fill_moments(multipoles[half], d, moments)
+            for b in range(count):
+                room = degree + 1 - int(np.sqrt(b))
+                for a in range(room * room):
+                    c, e = first[b, a], second[b, a]
+                    v, w = first_weight[b, a] * regular[a], second_weight[b, a] * regular[a]
+                    for k in range(4):
+                        multipoles[i, c, k] += v * moments[4 * b + k]
+                        multipoles[i, e, k] += w * moments[4 * b + k]
 
 
 @kernel

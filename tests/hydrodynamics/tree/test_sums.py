@@ -22,9 +22,8 @@ E1 = (1.0, 0.0, 0.0)
 
 @pytest.fixture(autouse=True)
 def trees_of_short_chains(monkeypatch):
-    """Trees from 1000 spheres on, so that direct sums take little time."""
-    monkeypatch.setattr(accuracy, "FEWEST", 1000)
-    monkeypatch.setattr(accuracy, "FEWEST_PER_DEGREE", 10)
+    """Trees from 1000 spheres on or fewer, so that direct sums take little time."""
+    monkeypatch.setattr(accuracy, "FEWEST", 100)
 
 
 def slip_of(labels, accuracy, *, count=COUNT, radius=1.0, axes=None, seed=3, finite_size=False):
