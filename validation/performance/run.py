@@ -16,6 +16,7 @@ from validation.performance import (
     ensembles,
     equal_error,
     growth,
+    long_chains,
     pair_sums,
     spinning,
     start_up,
@@ -50,6 +51,8 @@ def study(recorder: Recorder) -> None:
     ensembles.compare(recorder)
     recorder.step("cost against N")
     growth.cost(recorder)
+    recorder.step("long chains")
+    long_chains.compare(recorder)
     recorder.step("memory")
     growth.memory(recorder)
     recorder.step("start-up")
