@@ -190,7 +190,7 @@ def test_a_signal_ends_a_run_that_waits_for_its_second(tmp_path):
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
         try:
             assert running.stdout.readline() == b"begins\n"
-            while not (tmp_path / "trajectory.h5").exists():
+            while running.poll() is None and not (tmp_path / "trajectory.h5").exists():
                 time.sleep(0.1)
             time.sleep(1.0)
             running.send_signal(signal.SIGINT)
