@@ -36,6 +36,7 @@ from numba.extending import overload
 from nrchain._compile import ARITHMETIC, rename
 from nrchain.hydrodynamics import slip_modes
 from nrchain.hydrodynamics.flow_tables import BASIS, FlowTable, Polynomial
+from nrchain.hydrodynamics.slip_mode import SlipMode
 
 _VECTOR = {"n": "n", "e": "e", "x": "m"}
 _CHANGE = {"n": "d", "e": "t", "x": "y"}
@@ -75,6 +76,10 @@ class PairLaw:
     @cached_property
     def source(self) -> str:
         """The text of ``sum_twists``, ``sum_changes`` and ``set_derivative`` for these modes."""
+        return _text(self, tuple(map(slip_modes.find, self.labels)))
+
+    def write(self) -> str:
+        """Write this text anew."""
         return (
             _sum("sum_twists", ("sources",), self._twist_lines())
             + _sum("sum_changes", ("sources", "changes"), self._change_lines())
@@ -179,6 +184,12 @@ class PairLaw:
             scale = (" * inverse" if q < 3 else "") + (" / radius" if p > 2 else "")
             lines.append(f"out[{p}, {q}] = ({' + '.join(names) or '0.0'}){scale}")
         return lines
+
+
+@lru_cache(maxsize=64)
+def _text(law: PairLaw, modes: tuple[SlipMode, ...]) -> str:
+    """The text of a law whose labels stand for these ``modes``. Many runs have the same law."""
+    return law.write()
 
 
 def _coefficient_lines(sums: Mapping[str, _Sum]) -> list[str]:

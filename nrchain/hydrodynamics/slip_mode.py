@@ -76,6 +76,9 @@ class SlipMode:
     chiral: bool
     velocity: Mapping[tuple[str, int], Iterable[Fraction | int | str]]
 
+    def __hash__(self) -> int:
+        return hash(self.label)
+
     def __post_init__(self) -> None:
         if not (isinstance(self.label, str) and is_label(self.label)):
             allowed = "must be a digit followed by letters, digits or _, such as '4t'"
