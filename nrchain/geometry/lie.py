@@ -14,15 +14,6 @@ from nrchain._compile import kernel
 
 
 @kernel
-def cross(a, b, out):
-    """out = a × b for vectors of three."""
-    x = a[1] * b[2] - a[2] * b[1]
-    y = a[2] * b[0] - a[0] * b[2]
-    z = a[0] * b[1] - a[1] * b[0]
-    out[0], out[1], out[2] = x, y, z
-
-
-@kernel
 def cayley(theta, out):
     """out = cay(θ) = I + (θ^ + θ^²/2) / (1 + θ²/4), a rotation (3, 3).
 
@@ -115,15 +106,3 @@ def orthonormalise(frames):
                 x, y, z = frame[0, k], frame[1, k], frame[2, k]
                 for a in range(3):
                     frame[a, k] += excess[a, 0] * x + excess[a, 1] * y + excess[a, 2] * z
-
-
-@kernel
-def rotation_between(a, b, out):
-    """out (3, 3): the rotation by the smallest angle that takes the unit vector a to b.
-
-    cay(θ) with θ = 2 a × b / (1 + a·b); singular only for opposite vectors.
-    """
-    theta = np.empty(3)
-    cross(a, b, theta)
-    theta *= 2.0 / (1.0 + a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
-    cayley(theta, out)

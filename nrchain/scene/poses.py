@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nrchain.geometry import lie
-
 if TYPE_CHECKING:
     from nrchain.scene.scene import Scene
 
@@ -64,10 +62,13 @@ def _random_offsets(scene: Scene, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def frames_along(tangents: np.ndarray) -> np.ndarray:
-    """Frames (N, 3, 3) with e₁ = ``tangents`` (N, 3): the smallest rotations of the lab axes."""
-    frames = np.empty((len(tangents), 3, 3))
-    rotation = np.empty((3, 3))
-    for i, tangent in enumerate(tangents):
-        lie.rotation_between(np.array([1.0, 0.0, 0.0]), tangent, rotation)
-        frames[i] = rotation.T
-    return frames
+    """Frames (N, 3, 3) with e₁ = ``tangents`` (N, 3): the smallest rotations of the lab axes.
+
+    With a unit tangent t, e₂ = (−t_y, 1 − t_y²/(1 + t_x), −t_y t_z/(1 + t_x)), and e₃ likewise.
+    They are singular only for a tangent against x.
+    """
+    x, y, z = np.transpose(tangents)
+    twisted = y * z / (1.0 + x)
+    second = np.stack([-y, 1.0 - y * y / (1.0 + x), -twisted], axis=1)
+    third = np.stack([-z, -twisted, 1.0 - z * z / (1.0 + x)], axis=1)
+    return np.stack([tangents, second, third], axis=1)
