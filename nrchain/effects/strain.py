@@ -35,15 +35,16 @@ class DisturbanceEffect(Effect):
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         chain, flow = scene.chain, Flow.section(scene)
-        self._disturbance = Disturbance(
+        self.disturbance = Disturbance(
             self.part,
             flow.matrix,
             count=chain.particles,
             radius=chain.radius,
             reach=flow.neighbours if isinstance(flow.neighbours, int) else None,
             period=scene.period,
+            accuracy=scene.pair_accuracy,
         )
-        self.places = self._disturbance.near
+        self.places = self.disturbance.near
 
     @classmethod
     def check(cls, scene: Scene) -> None:
@@ -75,16 +76,16 @@ class DisturbanceEffect(Effect):
         raise SceneError("flow.disturbance", True, allowed)
 
     def add_twists(self, positions: np.ndarray, frames: np.ndarray, twists: np.ndarray) -> None:
-        self._disturbance.add_twists(positions, twists)
+        self.disturbance.add_twists(positions, twists)
 
     def linearise(self, positions: np.ndarray, frames: np.ndarray) -> None:
-        self._disturbance.linearise(positions)
+        self.disturbance.linearise(positions)
 
     def add_blocks(self, blocks: np.ndarray) -> None:
-        self._disturbance.add_blocks(blocks)
+        self.disturbance.add_blocks(blocks)
 
     def add_product(self, poses: np.ndarray, out: np.ndarray) -> None:
-        self._disturbance.add_product(poses, out)
+        self.disturbance.add_product(poses, out)
 
 
 @register_effect

@@ -61,6 +61,8 @@ def effect_rows(scene: Scene) -> tuple[list[Row], list[Row]]:
     _describe_slip(scene, simulated, left_out)
     _describe_flow(scene, simulated, left_out)
     _describe_friction(scene, simulated, left_out)
+    if way := sum_over_pairs(scene):
+        simulated.append(("sum over all pairs", way))
     left_out.append(("other effects", "Brownian motion"))
     run = scene.run
     simulated.append(("integrator", f"{run.integrator}, rtol {run.rtol:g}, atol {run.atol:g}"))
@@ -80,8 +82,6 @@ def _describe_slip(scene: Scene, simulated: list[Row], left_out: list[Row]) -> N
     acting = active_modes(scene)
     if not acting:
         return
-    if way := sum_over_pairs(scene):
-        simulated.append(("sum over all pairs", way))
     simulated.append(("pair laws of slip", scene.slip.backend))
     if corrected := [label for label in acting if _has_finite_size(label)]:
         (simulated if scene.slip.finite_size else left_out).append(

@@ -6,7 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nrchain.effects.flow import Flow
+from nrchain.effects.registry import acting
 from nrchain.effects.shared.slip_flow import active_modes, make_flow
+from nrchain.effects.strain import DisturbanceEffect, Strain
 from nrchain.hydrodynamics.tree.accuracy import break_even
 from nrchain.motion.model import Model
 from nrchain.planning.plan_line import Line
@@ -23,7 +26,7 @@ class PairSumError:
     Attributes
     ----------
     name
-        ``"slip"`` or ``"friction"``.
+        ``"slip"``, ``"friction"`` or the effect of a background flow.
     velocity, spin
         Largest error of v over the largest |v|, and of ω over the largest |ω|, in components.
     allowed
@@ -49,10 +52,13 @@ class PairSumError:
 
 
 def sum_over_pairs(scene: Scene) -> str:
-    """How the slip or friction of all pairs is summed, in words; empty without such a sum."""
+    """How all pairs are summed, in words; empty if nrchain sums over no pairs but near ones."""
     friction, slip = scene.friction, scene.slip
     parts = (bool(active_modes(scene)), slip), (friction.kind == "pairwise", friction)
-    if not any(acts and p.neighbours == "all" and p.backend == "native" for acts, p in parts):
+    reaches = [p.neighbours for acts, p in parts if acts and p.backend == "native"]
+    if Strain.acts(scene):
+        reaches.append(Flow.section(scene).neighbours)
+    if "all" not in reaches:
         return ""
     if scene.chain.ends == "periodic" or scene.chain.particles < break_even(scene.pair_accuracy):
         return "direct"
@@ -63,7 +69,7 @@ def unused_accuracy(scene: Scene) -> str:
     """Why ``slip.accuracy`` changes nothing; empty if it does."""
     way = sum_over_pairs(scene)
     if not way:
-        return "nrchain sums neither slip nor friction over all pairs"
+        return "nrchain sums neither slip nor friction nor a disturbance over all pairs"
     if scene.chain.ends == "periodic":
         return "the images of a periodic chain are summed directly"
     if way == "direct" and scene.pair_accuracy > 0.0:
@@ -92,6 +98,12 @@ def pair_sum_errors(
         model.friction.apply(positions, wrenches, twists)
         exact = model.friction.direct_twists(spheres)
         found.append(_error("friction", twists, exact, spheres, accuracy))
+    for effect in acting(scene):
+        if issubclass(effect, DisturbanceEffect) and (flow := effect(scene).disturbance).tree:
+            twists = np.zeros((count, 6))
+            flow.add_twists(positions, twists)
+            exact = flow.direct_twists(positions, spheres)
+            found.append(_error(effect.name, twists, exact, spheres, accuracy))
     return found
 
 

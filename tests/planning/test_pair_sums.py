@@ -84,3 +84,15 @@ def test_a_plan_tells_the_measured_error():
     line = next(line for line in plan(scene).lines if line.quantity == "sum of slip")
     assert line.value.startswith("error = ")
     assert "0.0001 is allowed" in line.meaning
+
+
+def test_the_disturbance_of_a_flow_is_measured_too():
+    scene = nrchain.load_scene(
+        LONG,
+        **{"flow.gradient": [[0.0, 0.3, -0.1], [0.0, 0.2, 0.4], [0.0, -0.3, -0.2]]},
+        **{"flow.finite_size": True, "slip.neighbours": 1, "friction": "one-body"},
+    )
+    assert sum_over_pairs(scene).startswith("by a tree")
+    errors = pair_sum_errors(scene, *long_chain("coil", COUNT))
+    assert [error.name for error in errors] == ["strain", "finite size of strain"]
+    assert all(0.0 < error.velocity < 1e-4 for error in errors)

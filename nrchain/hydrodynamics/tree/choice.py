@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from nrchain.hydrodynamics.images import Layout
 from nrchain.hydrodynamics.pair_law import PairLaw
 from nrchain.hydrodynamics.tree.accuracy import break_even
 
 if TYPE_CHECKING:
-    from nrchain.hydrodynamics.tree.sums import FrictionTree, SlipTree
+    from nrchain.hydrodynamics.tree.sums import DisturbanceTree, FrictionTree, SlipTree
 
 
 def _is_worth(layout: Layout, accuracy: float) -> bool:
@@ -40,3 +42,14 @@ def friction_tree(layout: Layout, radius: float, accuracy: float) -> FrictionTre
     from nrchain.hydrodynamics.tree.sums import FrictionTree
 
     return FrictionTree(len(layout.spheres), radius, accuracy)
+
+
+def disturbance_tree(
+    law: tuple[bool, np.ndarray, float], layout: Layout, radius: float, accuracy: float
+) -> DisturbanceTree | None:
+    """The tree of one part of a disturbance; None for chains that are summed directly."""
+    if not _is_worth(layout, accuracy):
+        return None
+    from nrchain.hydrodynamics.tree.sums import DisturbanceTree
+
+    return DisturbanceTree(law, len(layout.spheres), radius, accuracy)

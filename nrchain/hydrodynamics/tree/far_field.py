@@ -103,7 +103,7 @@ class FarField:
             self._gradients = np.empty((len(twists), 6, 3))
             self._spread(self.own, self._lowest)
             self._run(gradient_kernel, self._points, *self._tree(), self._locals, self._gradients)
-        moves = moves / self._radius
+        moves = np.ascontiguousarray(moves) / self._radius
         add_displaced(self.table, self._own_degree, moves, self.own, self.changes)
         self._spread(self.changes, self._lowest)
         self._run(flow_kernel, self._points, *self._tree(), self._locals, self._radius, twists)

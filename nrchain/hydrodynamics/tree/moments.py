@@ -24,7 +24,7 @@ from nrchain._compile import kernel
 from nrchain.hydrodynamics import slip_modes
 from nrchain.hydrodynamics.flow_tables import FlowTable
 from nrchain.hydrodynamics.pair_law import PairLaw
-from nrchain.hydrodynamics.tree.harmonics import UNITS, fill_regular
+from nrchain.hydrodynamics.tree.harmonics import UNITS, coupling, fill_regular
 
 ALONG, GRADIENT, SWIRL = range(3)
 
@@ -211,3 +211,22 @@ def add_displaced(G, degree, moves, source, own):
                     value = moves[k, j] * source[j, b, column]
                     own[j, c1, column] += w1 * value
                     own[j, c2, column] += w2 * value
+
+
+def strain_multipoles(leading: bool, strain: np.ndarray) -> np.ndarray:
+    """(n, 4) of a rigid sphere in the strain ``strain`` = a E, of its stresslet or finite size.
+
+    u = −(5/2) x (x·aE·x)/ρ⁵ has φ = −(5/6) aE·x/ρ³, and u = −(4/3) ∇(x·aE·x/ρ⁵) has
+    ψ = −(4/9) aE : ∇∇(1/ρ).
+    """
+    table = coupling(2)
+    own = np.zeros((4 if leading else 9, 4))
+    for k, (a, slope) in enumerate(UNITS):
+        if leading:
+            own[a, :3] = -5 / 6 * slope * strain[:, k]
+            continue
+        for other, (b, turn) in enumerate(UNITS):
+            value = -4 / 9 * slope * turn * strain[k, other]
+            own[table.first[a, b], 3] += table.first_weight[a, b] * value
+            own[table.second[a, b], 3] += table.second_weight[a, b] * value
+    return own

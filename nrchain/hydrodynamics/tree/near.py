@@ -8,6 +8,13 @@ from numba import prange
 
 from nrchain._compile import kernel
 from nrchain.hydrodynamics import pair_law, rotne_prager
+from nrchain.hydrodynamics.disturbance_law import (
+    add_finite_size,
+    add_finite_size_change,
+    add_stresslet,
+    add_stresslet_change,
+    between,
+)
 from nrchain.hydrodynamics.sharing import compile_sum
 
 
@@ -105,3 +112,47 @@ def friction_product_kernel(parallel: bool):
                         twists[me, 3 + k] += (before[3 + k] + after[3 + k]) / radius
 
     return compile_sum(add_near_friction_product, parallel)
+
+
+@cache
+def disturbance_kernel(leading: bool, parallel: bool):
+    """Compile twists (N, 6) += the disturbance of a strain by near spheres."""
+
+    def add_near_disturbance(points, strain, size, bounds, begin, ranges, twists):
+        leaves = bounds.shape[0] // 2
+        for leaf in prange(leaves):
+            i = leaves + leaf
+            for me in range(bounds[i, 0], bounds[i, 1]):
+                for at in range(begin[i], begin[i + 1]):
+                    for j in range(ranges[at, 0], ranges[at, 1]):
+                        if j == me:
+                            continue
+                        x = between(points, me, j)
+                        if leading:
+                            add_stresslet(x, strain, -size, twists[me])
+                        else:
+                            add_finite_size(x, strain, -size, twists[me])
+
+    return compile_sum(add_near_disturbance, parallel, str(leading))
+
+
+@cache
+def disturbance_product_kernel(leading: bool, parallel: bool):
+    """Compile the change of the disturbance by near spheres."""
+
+    def add_near_disturbance_product(points, moves, strain, size, bounds, begin, ranges, twists):
+        leaves = bounds.shape[0] // 2
+        for leaf in prange(leaves):
+            i = leaves + leaf
+            for me in range(bounds[i, 0], bounds[i, 1]):
+                for at in range(begin[i], begin[i + 1]):
+                    for j in range(ranges[at, 0], ranges[at, 1]):
+                        if j == me:
+                            continue
+                        x, dx = between(points, me, j), between(moves, me, j)
+                        if leading:
+                            add_stresslet_change(x, dx, strain, -size, twists[me])
+                        else:
+                            add_finite_size_change(x, dx, strain, -size, twists[me])
+
+    return compile_sum(add_near_disturbance_product, parallel, str(leading))

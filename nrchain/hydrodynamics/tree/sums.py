@@ -1,4 +1,4 @@
-"""Σ_j over all pairs of a long open chain: slip flows and friction, near pairs and far field."""
+"""Σ_j over all pairs of a long open chain: its near pairs and its far field."""
 
 from __future__ import annotations
 
@@ -18,7 +18,11 @@ from nrchain.hydrodynamics.tree.moments import (
     fill_friction,
     fill_slip,
     fill_slip_changes,
+    strain_multipoles,
 )
+
+Disturbed = tuple[bool, np.ndarray, float]
+"""The part of a disturbance: whether it is the stresslet, E (3, 3), and its prefactor."""
 
 
 class PairTree(ABC):
@@ -39,14 +43,14 @@ class PairTree(ABC):
         """twists (N, 6) += the sum at every sphere."""
         self._place(sources)
         self._field.add(twists)
-        self._add_near(self._near_kernel(), (sources,), twists)
+        self._add_near(sources, twists)
 
     def add_product(self, sources: np.ndarray, changes: np.ndarray, twists: np.ndarray) -> None:
         """twists (N, 6) += the change of the sum with ``changes`` of the sources."""
         self._place(sources)
         self._fill_changes(sources, changes, self._field.changes)
         self._field.add_product(changes[:3], twists)
-        self._add_near(self._near_product_kernel(), (sources, changes), twists)
+        self._add_near_product(sources, changes, twists)
 
     def _place(self, sources: np.ndarray) -> None:
         """Make the tree of these sources, once."""
@@ -55,10 +59,11 @@ class PairTree(ABC):
             self._fill(sources, self._field.own)
             self._placed = True
 
-    def _add_near(self, compiled: Any, arrays: tuple[np.ndarray, ...], twists: np.ndarray) -> None:
+    def _sum_near(self, compiled: Any, *arguments: Any, twists: np.ndarray) -> None:
+        """Run a kernel over the near pairs."""
         field = self._field
         ranges = field.bounds, field.lists.near_begin, field.lists.near
-        sharing.add(compiled, field.parallel, *arrays, self._radius, *ranges, twists)
+        sharing.add(compiled, field.parallel, *arguments, *ranges, twists)
 
     @abstractmethod
     def _fill(self, sources: np.ndarray, own: np.ndarray) -> None:
@@ -69,12 +74,14 @@ class PairTree(ABC):
         """Their changes, without those due to displacements."""
 
     @abstractmethod
-    def _near_kernel(self) -> Any:
-        """The sum over near pairs, compiled for one or several threads."""
+    def _add_near(self, sources: np.ndarray, twists: np.ndarray) -> None:
+        """twists += the sum over near pairs."""
 
     @abstractmethod
-    def _near_product_kernel(self) -> Any:
-        """Its derivative."""
+    def _add_near_product(
+        self, sources: np.ndarray, changes: np.ndarray, twists: np.ndarray
+    ) -> None:
+        """twists += its change."""
 
 
 class SlipTree(PairTree):
@@ -93,11 +100,15 @@ class SlipTree(PairTree):
     def _fill_changes(self, sources: np.ndarray, changes: np.ndarray, own: np.ndarray) -> None:
         fill_slip_changes(sources, changes, *self._terms, self._field.table, own)
 
-    def _near_kernel(self) -> Any:
-        return partial(near.slip_kernel, self._law)
+    def _add_near(self, sources: np.ndarray, twists: np.ndarray) -> None:
+        compiled = partial(near.slip_kernel, self._law)
+        self._sum_near(compiled, sources, self._radius, twists=twists)
 
-    def _near_product_kernel(self) -> Any:
-        return partial(near.slip_product_kernel, self._law)
+    def _add_near_product(
+        self, sources: np.ndarray, changes: np.ndarray, twists: np.ndarray
+    ) -> None:
+        compiled = partial(near.slip_product_kernel, self._law)
+        self._sum_near(compiled, sources, changes, self._radius, twists=twists)
 
 
 class FrictionTree(PairTree):
@@ -112,8 +123,38 @@ class FrictionTree(PairTree):
     def _fill_changes(self, sources: np.ndarray, changes: np.ndarray, own: np.ndarray) -> None:
         fill_friction(changes, own)
 
-    def _near_kernel(self) -> Any:
-        return near.friction_kernel
+    def _add_near(self, sources: np.ndarray, twists: np.ndarray) -> None:
+        self._sum_near(near.friction_kernel, sources, self._radius, twists=twists)
 
-    def _near_product_kernel(self) -> Any:
-        return near.friction_product_kernel
+    def _add_near_product(
+        self, sources: np.ndarray, changes: np.ndarray, twists: np.ndarray
+    ) -> None:
+        compiled = near.friction_product_kernel
+        self._sum_near(compiled, sources, changes, self._radius, twists=twists)
+
+
+class DisturbanceTree(PairTree):
+    """Σ_j (u, w) of spheres in a strain; sources (3, N) are positions."""
+
+    def __init__(self, law: Disturbed, count: int, radius: float, accuracy: float) -> None:
+        leading, self._strain, self._size = law
+        self._leading, degree = leading, 1 if leading else 2
+        super().__init__(FarField(count, radius, accuracy, degree, degree), radius)
+
+    def _fill(self, sources: np.ndarray, own: np.ndarray) -> None:
+        own[:] = strain_multipoles(self._leading, self._radius * self._strain)
+
+    def _fill_changes(self, sources: np.ndarray, changes: np.ndarray, own: np.ndarray) -> None:
+        own[:] = 0.0
+
+    def _add_near(self, sources: np.ndarray, twists: np.ndarray) -> None:
+        compiled = partial(near.disturbance_kernel, self._leading)
+        points = np.ascontiguousarray(sources.T)
+        self._sum_near(compiled, points, self._strain, self._size, twists=twists)
+
+    def _add_near_product(
+        self, sources: np.ndarray, changes: np.ndarray, twists: np.ndarray
+    ) -> None:
+        compiled = partial(near.disturbance_product_kernel, self._leading)
+        points, moves = (np.ascontiguousarray(rows.T) for rows in (sources, changes))
+        self._sum_near(compiled, points, moves, self._strain, self._size, twists=twists)

@@ -11,6 +11,7 @@ from support.long_chains import SHAPES, long_chain
 from support.pair_reference import LABELS
 
 from nrchain import slip_modes
+from nrchain.hydrodynamics.disturbance import Disturbance
 from nrchain.hydrodynamics.friction import PairFriction
 from nrchain.hydrodynamics.pairs import SlipFlow
 from nrchain.hydrodynamics.slip_mode import SlipMode
@@ -141,6 +142,29 @@ def test_product_of_the_far_field_is_its_derivative():
         sides.append(out)
     expected = (sides[0] - sides[1]) / (2 * step)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-7 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("part", ["stresslet", "finite size"])
+@pytest.mark.parametrize("shape", ["coil", "walk", "folded"])
+def test_the_disturbance_of_a_flow_is_as_accurate_as_asked(part, shape):
+    """With its product, about positions that later evaluations elsewhere leave as they are."""
+    rng = np.random.default_rng(12)
+    positions, _ = long_chain(shape, COUNT, spacing=7.0)
+    gradient, poses = rng.normal(size=(3, 3)), rng.normal(size=(COUNT, 6))
+    gradient -= np.trace(gradient) / 3 * np.eye(3)
+    found = []
+    for relative in (1e-5, 0.0):
+        options = {"count": COUNT, "radius": 1.6, "reach": None, "accuracy": relative}
+        disturbance = Disturbance(part, gradient, **options)
+        assert bool(disturbance.tree) == (relative > 0)
+        twists, product = np.zeros((2, COUNT, 6))
+        disturbance.linearise(positions)
+        disturbance.add_twists(positions + 1.0, np.zeros((COUNT, 6)))
+        disturbance.add_twists(positions, twists)
+        disturbance.add_product(poses, product)
+        found.append((twists, product))
+    for tree, exact in zip(*found, strict=True):
+        assert error(tree, exact) < 1e-5
 
 
 def test_products_follow_the_last_poses():
