@@ -103,6 +103,32 @@ class Interruption:
             self._at_once = False
 
 
+class FromThread(Interruption):
+    """Interrupts runs in other threads, also once the thread that they run for has ended.
+
+    At the end of a program Python waits for all threads, and would wait for these runs.
+    """
+
+    def __init__(self, who: str) -> None:
+        super().__init__()
+        self._who = who
+        self.attend()
+
+    def attend(self) -> None:
+        """Note the calling thread as that which the runs are for."""
+        self._thread = threading.current_thread()
+
+    def leave(self) -> None:
+        """Interrupt the runs at their next steps."""
+        self.interrupt(self._who)
+
+    @property
+    def name(self) -> str:
+        if not (self._thread.is_alive() or threading.main_thread().is_alive()):
+            self.leave()
+        return super().name
+
+
 @contextmanager
 def deferred() -> Iterator[Interruption]:
     """Note signals instead of acting on them; if one arrived, raise KeyboardInterrupt at the end.

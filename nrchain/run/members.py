@@ -15,7 +15,7 @@ from typing import Any, Self
 import numpy as np
 
 from nrchain.hydrodynamics import sharing
-from nrchain.run.interruption import GLANCE, Interruption, deferred
+from nrchain.run.interruption import GLANCE, FromThread, deferred
 from nrchain.run.preparation import check_start
 from nrchain.run.simulation import simulate_in_memory, simulate_to_file
 from nrchain.scene.scene import Scene
@@ -23,9 +23,6 @@ from nrchain.trajectory.trajectory import Trajectory
 
 AHEAD = 2
 """Members under way, or finished and not yet taken, for each thread."""
-
-CALLER = "the caller of simulate_many"
-"""What interrupts the runs that are under way when a loop is left early."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,13 +77,13 @@ class Members:
         self._lock, self._found = threading.Lock(), SimpleQueue[Member | Warned]()
         self._open = self._working = 0
         self._threads: list[threading.Thread] = []
-        self._taker = _Taker()
+        self._taker = FromThread("the caller of simulate_many")
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._taker.interrupt(CALLER)
+        self._taker.leave()
         for thread in self._threads:
             thread.join()
 
@@ -95,7 +92,7 @@ class Members:
 
         Raises KeyboardInterrupt if a signal arrives meanwhile.
         """
-        self._taker.stay()
+        self._taker.attend()
         self._start_threads()
         with self._lock:
             if not self._jobs and not self._open:
@@ -163,24 +160,3 @@ class Members:
         except BaseException as error:
             return Member(index, scene, error=error)
         return Member(index, scene, done)
-
-
-class _Taker(Interruption):
-    """The thread that takes the results. It interrupts the runs when it leaves, or has ended.
-
-    A program that ends while it still holds an iterator would otherwise wait for its runs.
-    """
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.stay()
-
-    def stay(self) -> None:
-        """Note the thread that asks for a result."""
-        self._thread = threading.current_thread()
-
-    @property
-    def name(self) -> str:
-        if not (self._thread.is_alive() or threading.main_thread().is_alive()):
-            self.interrupt(CALLER)
-        return super().name

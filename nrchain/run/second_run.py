@@ -14,7 +14,7 @@ import numpy as np
 from nrchain.hydrodynamics import sharing
 from nrchain.notices import ignore
 from nrchain.planning.checked_start import starting_poses
-from nrchain.run.interruption import GLANCE, Interruption
+from nrchain.run.interruption import GLANCE, FromThread, Interruption
 from nrchain.run.preparation import Start, prepare
 from nrchain.run.recording import snapshot_times
 from nrchain.scene.chain_sections import LEAST_TOLERANCE, TIGHTER
@@ -55,7 +55,7 @@ class SecondRun:
         if isinstance(begin, Checkpoint):
             begin = starting_poses(scene)
         self._start = Start(scene, begin, warned_of_straight=True)
-        self._interruption = Interruption()
+        self._interruption = FromThread("the run that it verifies")
         self._found = Queue[Snapshot | Ended](AHEAD)
         self._arithmetic, self._alone = np.geterr(), sharing.is_alone()
         self._thread = threading.Thread(target=self._run)
@@ -72,7 +72,7 @@ class SecondRun:
 
     def leave(self) -> None:
         """Stop the run at its next step, and wait for its thread to end."""
-        self._interruption.interrupt("the run that it verifies")
+        self._interruption.leave()
         self._thread.join()
 
     def _run(self) -> None:
