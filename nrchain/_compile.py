@@ -46,6 +46,14 @@ def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False
     return compile_ if function is None else compile_(function)
 
 
+def inlined(function: Callable[..., Any]) -> Any:
+    """A part of kernels, compiled into each that calls it and nowhere by itself.
+
+    Kernels that call kernels compile those again with all that they call, at every level.
+    """
+    return numba.njit(function, inline="always", error_model="numpy", fastmath=set(ARITHMETIC))
+
+
 _placing = Lock()
 
 

@@ -18,15 +18,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nrchain._compile import kernel
-from nrchain.motion.lanes import LANES, subtract
+from nrchain._compile import inlined, kernel
+from nrchain.motion.lanes import LANES, solve_lower, solve_upper, subtract
 
 THRESHOLD = 0.1
 """Least size of a pivot on the diagonal, relative to the norm of its column."""
-
-TINY = 1e-250
-"""What is below is taken as 0: numbers below the normal range, where solutions that decay along a
-chain end, are slow."""
 
 
 class Band(NamedTuple):
@@ -56,111 +52,41 @@ def allocate_vectors(count: int, spheres: int, reach: int, dtype: type) -> np.nd
     return np.zeros((count, 18 * reach + 6 * spheres + LANES), dtype)
 
 
-@kernel
+@inlined
 def _rounded_up(rows):
     """The rows of whole vectors."""
     return (rows + LANES - 1) // LANES * LANES
 
 
-@kernel
+@inlined
 def _advance(columns, step, half, target, begin, end, to):
     """Apply the multipliers of a step to columns of ``target``, whose row ``to`` is its first."""
     c, d = 6 * step, 12 * half
     rows = _rounded_up(6 * half)
-    i0, i1, i2, i3, i4, i5 = (
-        columns[c, d],
-        columns[c + 1, d + 1],
-        columns[c + 2, d + 2],
-        columns[c + 3, d + 3],
-        columns[c + 4, d + 4],
-        columns[c + 5, d + 5],
-    )
     for column in range(begin, end):
-        s0 = target[column, to] * i0
-        s1 = target[column, to + 1] - columns[c, d + 1] * s0
-        s2 = target[column, to + 2] - columns[c, d + 2] * s0
-        s3 = target[column, to + 3] - columns[c, d + 3] * s0
-        s4 = target[column, to + 4] - columns[c, d + 4] * s0
-        s5 = target[column, to + 5] - columns[c, d + 5] * s0
-        s1 *= i1
-        s2 -= columns[c + 1, d + 2] * s1
-        s3 -= columns[c + 1, d + 3] * s1
-        s4 -= columns[c + 1, d + 4] * s1
-        s5 -= columns[c + 1, d + 5] * s1
-        s2 *= i2
-        s3 -= columns[c + 2, d + 3] * s2
-        s4 -= columns[c + 2, d + 4] * s2
-        s5 -= columns[c + 2, d + 5] * s2
-        s3 *= i3
-        s4 -= columns[c + 3, d + 4] * s3
-        s5 -= columns[c + 3, d + 5] * s3
-        s4 *= i4
-        s5 -= columns[c + 4, d + 5] * s4
-        s5 *= i5
-        if _are_tiny(s0, s1, s2, s3, s4, s5):
-            target[column, to : to + 6] = 0.0
-            continue
-        target[column, to] = s0
-        target[column, to + 1] = s1
-        target[column, to + 2] = s2
-        target[column, to + 3] = s3
-        target[column, to + 4] = s4
-        target[column, to + 5] = s5
+        x = solve_lower(columns, c, d, target, column, to)
         for r in range(0, rows, LANES):
-            subtract(columns, c, d + 6 + r, target, column, to + 6 + r, (s0, s1, s2, s3, s4, s5))
+            subtract(columns, c, d + 6 + r, target, column, to + 6 + r, x)
 
 
-@kernel
+@inlined
 def _retreat(columns, step, half, above, target, begin, end, to):
     """Solve for the rows of a step and subtract their part from the rows above."""
     c, d = 6 * step, 12 * half
     rows = _rounded_up(6 * above)
     for column in range(begin, end):
-        s5 = target[column, to + 5]
-        s4 = target[column, to + 4] - columns[c + 5, d + 4] * s5
-        s3 = target[column, to + 3] - columns[c + 5, d + 3] * s5
-        s2 = target[column, to + 2] - columns[c + 5, d + 2] * s5
-        s1 = target[column, to + 1] - columns[c + 5, d + 1] * s5
-        s0 = target[column, to] - columns[c + 5, d] * s5
-        s3 -= columns[c + 4, d + 3] * s4
-        s2 -= columns[c + 4, d + 2] * s4
-        s1 -= columns[c + 4, d + 1] * s4
-        s0 -= columns[c + 4, d] * s4
-        s2 -= columns[c + 3, d + 2] * s3
-        s1 -= columns[c + 3, d + 1] * s3
-        s0 -= columns[c + 3, d] * s3
-        s1 -= columns[c + 2, d + 1] * s2
-        s0 -= columns[c + 2, d] * s2
-        s0 -= columns[c + 1, d] * s1
-        if _are_tiny(s0, s1, s2, s3, s4, s5):
-            target[column, to : to + 6] = 0.0
-            continue
-        target[column, to] = s0
-        target[column, to + 1] = s1
-        target[column, to + 2] = s2
-        target[column, to + 3] = s3
-        target[column, to + 4] = s4
-        target[column, to + 5] = s5
-        for r in range(0, rows, LANES):
-            start = d - rows + r
-            subtract(columns, c, start, target, column, to - rows + r, (s0, s1, s2, s3, s4, s5))
+        x = solve_upper(columns, c, d, target, column, to)
+        for r in range(-rows, 0, LANES):
+            subtract(columns, c, d + r, target, column, to + r, x)
 
 
-@kernel
-def _are_tiny(s0, s1, s2, s3, s4, s5):
-    """Whether the sum of all is below TINY."""
-    size = abs(s0.real) + abs(s1.real) + abs(s2.real) + abs(s3.real) + abs(s4.real) + abs(s5.real)
-    size += abs(s0.imag) + abs(s1.imag) + abs(s2.imag) + abs(s3.imag) + abs(s4.imag) + abs(s5.imag)
-    return size < TINY
-
-
-@kernel
+@inlined
 def _square(value):
     """|z|² of a real or complex number."""
     return value.real * value.real + value.imag * value.imag
 
 
-@kernel
+@inlined
 def _pivot_row(columns, column, diagonal, end):
     """The row of the pivot: the diagonal if it is large enough, else the largest of the column."""
     size = _square(columns[column, diagonal])
@@ -176,7 +102,7 @@ def _pivot_row(columns, column, diagonal, end):
     return found
 
 
-@kernel
+@inlined
 def _exchange(pivots, step, target, begin, end, to):
     """Interchange the rows of a step in columns of ``target``."""
     for p in range(6):
@@ -189,7 +115,7 @@ def _exchange(pivots, step, target, begin, end, to):
             target[column, lower] = kept
 
 
-@kernel
+@inlined
 def _eliminate_within(columns, step, half, pivots):
     """Factorise the columns of a step; how many spheres its interchanges reach, −1 if singular."""
     c, d = 6 * step, 12 * half
@@ -220,7 +146,7 @@ def _eliminate_within(columns, step, half, pivots):
     return farthest
 
 
-@kernel
+@inlined
 def clear(band):
     """The identity."""
     columns, diagonal = band.columns, 12 * band.reach
@@ -229,7 +155,7 @@ def clear(band):
         columns[column, diagonal + column % 6] = 1.0
 
 
-@kernel
+@inlined
 def add_block(band, row, column, factor, block):
     """Add factor · block, the coupling of sphere ``row`` to sphere ``column``."""
     first, to = 6 * column, 6 * (row - column + 2 * band.reach)
@@ -238,7 +164,7 @@ def add_block(band, row, column, factor, block):
             band.columns[first + q, to + p] += factor * block[p, q]
 
 
-@kernel
+@inlined
 def fill(band, blocks, held, scale):
     """I − scale · J of the first spheres of a chain, without blocks that wrap."""
     columns, half, spheres = band.columns, band.reach, band.tops.shape[0]
@@ -246,13 +172,16 @@ def fill(band, blocks, held, scale):
     for k in range(spheres):
         first = 6 * k
         for q in range(6):
-            columns[first + q, : 6 * half] = 0.0
-            columns[first + q, end:] = 0.0
+            for row in range(6 * half):
+                columns[first + q, row] = 0.0
+            for row in range(end, columns.shape[1]):
+                columns[first + q, row] = 0.0
         for m in range(2 * half + 1):
             i, to = k + m - half, 6 * (m + half)
             if i < 0 or i >= spheres or held[i] or held[k]:
                 for q in range(6):
-                    columns[first + q, to : to + 6] = 0.0
+                    for p in range(6):
+                        columns[first + q, to + p] = 0.0
                 continue
             for q in range(6):
                 for p in range(6):

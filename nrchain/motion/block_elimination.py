@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nrchain._compile import kernel
+from nrchain._compile import inlined, kernel
 from nrchain.motion.band_columns import (
     Band,
     add_block,
@@ -98,7 +98,7 @@ def factorise(blocks, held, scale, factors):
     return FINE if eliminate(cut) else SINGULAR
 
 
-@kernel
+@inlined
 def _set_couplings(blocks, held, scale, factors):
     """Set F, G and the block of the last spheres of a periodic chain."""
     cut, ties, responses = factors.cut, factors.ties, factors.responses
@@ -127,7 +127,7 @@ def _set_couplings(blocks, held, scale, factors):
                         responses[column, row + p] -= scale * blocks[i, m, p, q]
 
 
-@kernel
+@inlined
 def _subtract_responses(factors, count):
     """B − G A⁻¹ F."""
     cut, ties, responses = factors.cut, factors.ties, factors.responses
@@ -175,9 +175,26 @@ def solve(factors, vector):
             row = cut_start + 6 * last
             x0, x1, x2 = cut_right[0, row], cut_right[0, row + 1], cut_right[0, row + 2]
             x3, x4, x5 = cut_right[0, row + 3], cut_right[0, row + 4], cut_right[0, row + 5]
-            vector[inner + last] = cut_right[0, row : row + 6]
+            for p in range(6):
+                vector[inner + last, p] = cut_right[0, row + p]
             for r in range(start, start + 6 * inner, LANES):
                 subtract(factors.responses, 6 * last, r, right, 0, r, (x0, x1, x2, x3, x4, x5))
     for i in range(inner):
         for p in range(6):
             vector[i, p] = right[0, start + 6 * i + p]
+
+
+@kernel
+def solve_slots(factors, slots, work, vector):
+    """As ``solve`` for the spheres ``slots``, six elements each, with zeros for all others.
+
+    ``work`` (N, 6) is scratch space.
+    """
+    work[:] = 0.0
+    for slot in range(slots.shape[0]):
+        for p in range(6):
+            work[slots[slot], p] = vector[6 * slot + p]
+    solve(factors, work)
+    for slot in range(slots.shape[0]):
+        for p in range(6):
+            vector[6 * slot + p] = work[slots[slot], p]

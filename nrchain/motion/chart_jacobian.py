@@ -61,6 +61,28 @@ def transform_blocks(blocks, slot_of, maps, turning):
 
 
 @kernel
+def multiply(blocks, order, slot_of, periodic, vector, out):
+    """out = J · vector for blocks near the diagonal that are all of J."""
+    count, width = blocks.shape[0], blocks.shape[1]
+    centre = width // 2
+    out[:] = 0.0
+    for slot in range(order.shape[0]):
+        i = order[slot]
+        for m in range(width):
+            j = i + m - centre
+            if not periodic and (j < 0 or j >= count):
+                continue
+            other = slot_of[j % count]
+            if other < 0:
+                continue
+            for p in range(6):
+                total = 0.0
+                for q in range(6):
+                    total += blocks[i, m, p, q] * vector[6 * other + q]
+                out[6 * slot + p] += total
+
+
+@kernel
 def to_poses(vector, maps, order, poses):
     """poses[i] = T · (change of y): displacement and rotation in the lab."""
     for slot in range(order.shape[0]):

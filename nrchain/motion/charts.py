@@ -16,17 +16,22 @@ Why not one chart of SE(3): ρ would be p − θ × p/2, with p = r − r⁰. Th
 translates and rotates would then have the error of θ times its distance from the base, even on a
 simple path.
 
-Clamped spheres have no coordinates. The spheres of a periodic chain are numbered 0, N−1, 1, N−2, …
-in y: neighbours are at most two slots apart, and the matrix stays banded.
+Clamped spheres have no coordinates: slot s of y holds the six of the s-th free sphere.
 """
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from nrchain.geometry import lie
-from nrchain.motion import block_band, chart_jacobian, chart_poses
+from nrchain.motion import chart_jacobian, chart_poses
+from nrchain.motion.block_elimination import FINE, Factors, allocate, factorise, solve_slots
 from nrchain.motion.model import Model
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_matrix
 
 TURN_LIMIT = 2.0
 """|θ| = 2 tan(α/2) at which a run changes to a new chart: a quarter turn."""
@@ -36,30 +41,27 @@ class ChartedChain:
     """ẏ = f(t, y): the motion of a chain in coordinates about base poses that drift and spin.
 
     ``rates`` is f, ``linearise`` takes its Jacobian at a point and ``product`` applies it.
-    ``factorise`` and ``solve`` invert I − γJ with the part of J near the diagonal. ``evaluations``
-    and ``jacobians`` count the calls of ``rates`` and ``linearise``.
+    ``factorise`` and ``solve`` invert I − cJ with the part of J near the diagonal. ``evaluations``
+    and ``jacobians`` count the calls of ``rates`` and ``linearise``. ``is_banded`` says whether that
+    part is all of J.
     """
 
     def __init__(self, model: Model) -> None:
         self.model = model
         count = model.count
+        self.is_banded = model.is_banded
         self._periodic = model.period > 0.0
-        spheres = np.arange(count)
-        if self._periodic:
-            spheres = np.stack([spheres, spheres[::-1]], axis=1).ravel()[:count]
-        self.order = spheres[~model.held[spheres]]
+        self.order = np.flatnonzero(~model.held)
         self._slot_of = np.full(count, -1)
         self._slot_of[self.order] = np.arange(len(self.order))
         self.dimension = 6 * len(self.order)
-        places = min(model.reach * (2 if self._periodic else 1), max(len(self.order) - 1, 0))
-        self.bandwidth = 6 * places + 5
         self.evaluations = self.jacobians = 0
         self._positions, self._frames = np.empty((count, 3)), np.empty((count, 3, 3))
         self._twists, self._poses = np.empty((count, 6)), np.zeros((count, 6))
         self._blocks = np.empty((count, 2 * model.reach + 1, 6, 6))
         self._maps = np.empty((count, 3, 3, 3))
-        self._band = np.empty((3 * self.bandwidth + 1, self.dimension), order="F")
-        self._factors: tuple[np.ndarray, np.ndarray] | None = None
+        # factors and a vector of all spheres, for real and for complex c
+        self._factors: dict[bool, tuple[Factors, np.ndarray]] = {}
 
     def set_base(
         self,
@@ -152,8 +154,8 @@ class ChartedChain:
 
     def product(self, vector: np.ndarray, out: np.ndarray) -> None:
         """out = J · vector, with J of the last ``linearise``."""
-        if self.model.is_banded:
-            block_band.multiply(
+        if self.is_banded:
+            chart_jacobian.multiply(
                 self._blocks, self.order, self._slot_of, self._periodic, vector, out
             )
             return
@@ -170,42 +172,44 @@ class ChartedChain:
             out,
         )
 
-    def fill_band(self, band: np.ndarray, shift: complex, scale: complex) -> None:
-        """band ← shift · I + scale · J, with J cut to the blocks near the diagonal.
+    def factorise(self, scale: complex) -> None:
+        """Prepare ``solve`` for I − scale · J, with J cut to the blocks near the diagonal.
 
-        ``band`` (3w + 1, dimension), real or complex, has LAPACK's layout for banded factors, with
-        w = ``bandwidth``: row 2w + i − j, column j holds element (i, j). The first w rows are
-        LAPACK's room for pivoting and are not written.
+        ``scale`` is a float or a complex number of Python. Raises FloatingPointError if the matrix
+        is singular.
         """
-        block_band.fill(
-            self._blocks,
-            self.order,
-            self._slot_of,
-            self._periodic,
-            shift,
-            scale,
-            self.bandwidth,
-            band,
-        )
-
-    def factorise(self, gamma: float) -> None:
-        """Prepare ``solve`` for I − γJ, with J cut to the blocks near the diagonal."""
-        from scipy.linalg import lapack
-
-        self.fill_band(self._band, 1.0, -gamma)
-        width = self.bandwidth
-        factors, pivots, info = lapack.dgbtrf(self._band, width, width, overwrite_ab=True)
-        if info > 0:
-            raise FloatingPointError(f"the Newton matrix is singular in column {info}")
-        self._factors = factors, pivots
+        turns = isinstance(scale, complex)
+        if turns not in self._factors:
+            count, kind = self.model.count, complex if turns else float
+            factors = allocate(count, self.model.reach, self._periodic, kind)
+            self._factors[turns] = factors, np.empty((count, 6), kind)
+        factors, _ = self._factors[turns]
+        if factorise(self._blocks, self.model.held, scale, factors) != FINE:
+            raise FloatingPointError("the Newton matrix is singular")
 
     def solve(self, vector: np.ndarray, out: np.ndarray) -> None:
-        """out = (I − γJ)⁻¹ vector with the factors of the last ``factorise``."""
-        from scipy.linalg import lapack
+        """out = (I − scale · J)⁻¹ vector with the last factors of the type of ``out``."""
+        out[:] = vector
+        factors, work = self._factors[np.iscomplexobj(out)]
+        solve_slots(factors, self.order, work, out)
 
-        assert self._factors is not None
-        factors, pivots = self._factors
-        out[:], _ = lapack.dgbtrs(factors, self.bandwidth, self.bandwidth, vector, pivots)
+    def near_jacobian(self) -> csc_matrix:
+        """The blocks near the diagonal of the last ``linearise``, as a sparse matrix."""
+        from scipy.sparse import csc_matrix
+
+        count, width = self._blocks.shape[:2]
+        i, m = np.indices((count, width))
+        j = i + m - width // 2
+        inside = (j >= 0) & (j < count) | self._periodic
+        i, m, j = i[inside], m[inside], j[inside] % count
+        row, column = self._slot_of[i], self._slot_of[j]
+        free = (row >= 0) & (column >= 0)
+        p, q = np.indices((6, 6))
+        rows = 6 * row[free, None, None] + p
+        columns = 6 * column[free, None, None] + q
+        values = self._blocks[i[free], m[free]]
+        shape = self.dimension, self.dimension
+        return csc_matrix((values.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
 
     def jacobian(self) -> np.ndarray:
         """The dense Jacobian of the last ``linearise``, column by column."""

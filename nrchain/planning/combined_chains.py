@@ -15,6 +15,7 @@ class CombinedChains:
 
     def __init__(self, chains: Sequence[ChartedChain]) -> None:
         self.chains = chains
+        self.is_banded = all(chain.is_banded for chain in chains)
         ends = np.cumsum([0, *(chain.dimension for chain in chains)])
         self.dimension = int(ends[-1])
         self.parts = [slice(a, b) for a, b in pairwise(ends)]

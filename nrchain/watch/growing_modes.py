@@ -152,21 +152,22 @@ def _bends(chain: ChartedChain, shapes: np.ndarray, axis: np.ndarray) -> np.ndar
 
 def _nearest(chain: ChartedChain, rates: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues and eigenvectors about these rates, of the Jacobian near its diagonal."""
-    from scipy.linalg import lapack
     from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs
 
-    size, width = chain.dimension, chain.bandwidth
+    size = chain.dimension
     begin = np.random.default_rng(0).standard_normal(size)
     found = []
     for rate in rates:
-        band = np.zeros((3 * width + 1, size), order="F")
-        chain.fill_band(band, -rate, 1.0)
-        factors, pivots, info = lapack.dgbtrf(band, width, width, overwrite_ab=True)
-        if info > 0:
+        try:
+            chain.factorise(1.0 / rate)
+        except FloatingPointError:
             continue
 
-        def inverse(vector: np.ndarray, factors=factors, pivots=pivots) -> np.ndarray:
-            return lapack.dgbtrs(factors, width, width, vector, pivots)[0]
+        def inverse(vector: np.ndarray, rate=rate) -> np.ndarray:
+            """(J − μ)⁻¹ v = −(I − J/μ)⁻¹ v/μ."""
+            out = np.empty(size)
+            chain.solve(vector, out)
+            return out / -rate
 
         operator = LinearOperator((size, size), matvec=inverse, dtype=float)
         try:
@@ -187,20 +188,14 @@ def _part_near(
     (J − σ)⁻ᵐ f tends to (λ − σ)⁻ᵐ P f where σ is much nearer to λ than to any other eigenvalue: P
     takes out what f holds of these modes, however many there are.
     """
-    from scipy.linalg import lapack
-
-    width = chain.bandwidth
-    band = np.zeros((3 * width + 1, chain.dimension), order="F")
     shift = value * (1.0 + BESIDE)
-    chain.fill_band(band, -shift.real, 1.0)
-    matrix = band.astype(complex, order="F")
-    matrix[2 * width] -= 1j * shift.imag
-    factors, pivots, info = lapack.zgbtrf(matrix, width, width, overwrite_ab=True)
-    if info > 0:
-        raise FloatingPointError("a rate has no inverse beside it")
-    nearer = velocity.astype(complex)
+    chain.factorise(1.0 / complex(shift))
+    part, nearer = np.empty((2, chain.dimension), complex)
+    nearer[:] = velocity
     for _ in range(POWER):
-        part, nearer = nearer, lapack.zgbtrs(factors, width, width, nearer, pivots)[0]
+        part[:] = nearer
+        chain.solve(part, nearer)
+        nearer /= -shift
     square = np.vdot(nearer, nearer).real
     if square == 0.0:
         return value.real, np.zeros(chain.dimension)

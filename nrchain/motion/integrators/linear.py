@@ -1,9 +1,9 @@
 """(I − cJ) x = b for real and complex c: the linear systems of the implicit schemes.
 
 J is the Jacobian of a chain in its coordinates. Interactions of near neighbours make it banded, and
-its band is factorised. Interactions of all pairs make it dense: only products with J are computed,
-and GMRES solves the systems with the factors of the band as preconditioner. Memory grows linearly
-with N in both cases.
+its blocks are eliminated. Interactions of all pairs make it dense: only products with J are
+computed, and GMRES solves the systems with the factors of the blocks near the diagonal as
+preconditioner. Memory grows linearly with N in both cases.
 """
 
 from __future__ import annotations
@@ -12,8 +12,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
-from scipy.linalg import lapack
-from scipy.sparse import csc_matrix, dia_matrix
+from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from nrchain.motion.charts import ChartedChain
@@ -43,42 +42,35 @@ class Jacobian(Protocol):
 
 
 class BandedJacobian:
-    """J of near neighbours, factorised in its band."""
+    """J of near neighbours, eliminated by blocks."""
 
     def __init__(self, chain: ChartedChain) -> None:
         self._chain = chain
-        shape = 3 * chain.bandwidth + 1, chain.dimension
-        self._shape, self._bands = shape, dict[type, np.ndarray]()
 
     def update(self, time: float, y: np.ndarray) -> None:
         self._chain.linearise(time, y)
 
-    def _band(self, shift: complex, scale: complex) -> np.ndarray:
-        kind = type(scale)
-        if kind not in self._bands:
-            self._bands[kind] = np.empty(self._shape, kind, order="F")
-        self._chain.fill_band(self._bands[kind], kind(shift), scale)
-        return self._bands[kind]
-
     def matrix(self) -> csc_matrix:
         """J as a sparse matrix by columns."""
-        width = self._chain.bandwidth
-        diagonals = np.arange(width, -width - 1, -1)
-        band = self._band(0.0, 1.0)[width:]
-        return dia_matrix((band, diagonals), shape=2 * (self._chain.dimension,)).tocsc()
+        return self._chain.near_jacobian()
 
     def shifted_inverse(self, scale: complex) -> Solve:
-        width = self._chain.bandwidth
-        band = self._band(1.0, -scale)
-        factorise, substitute = lapack.get_lapack_funcs(("gbtrf", "gbtrs"), (band,))
-        factors, pivots, info = factorise(band, width, width, overwrite_ab=True)
-        if info > 0:
-            raise SingularMatrix
-        return lambda right: substitute(factors, width, width, right, pivots)[0]
+        kind = complex if isinstance(scale, complex) else float
+        try:
+            self._chain.factorise(scale)
+        except FloatingPointError as error:
+            raise SingularMatrix from error
+
+        def solve(right: np.ndarray) -> np.ndarray:
+            out = np.empty(self._chain.dimension, kind)
+            self._chain.solve(right, out)
+            return out
+
+        return solve
 
 
 class KrylovJacobian:
-    """J of all pairs: its exact products, and the factors of its band.
+    """J of all pairs: its exact products, and the factors of its blocks near the diagonal.
 
     Residuals are measured after preconditioning, as errors of the solution, in ``units``
     (dimension,) of the coordinates, of which only ratios have an effect.
