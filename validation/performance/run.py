@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from validation.performance import (
     effects_left_out,
+    elimination,
     ensembles,
     equal_error,
     growth,
@@ -45,6 +46,8 @@ def study(recorder: Recorder) -> None:
     )
     recorder.step("effects left out")
     effects_left_out.compare(recorder)
+    recorder.step("Newton matrices")
+    elimination.compare(recorder)
     recorder.step("spinning chains")
     spinning.compare(recorder)
     recorder.step("ensembles")

@@ -14,8 +14,8 @@ class Equation:
 
     dimension = 1
 
-    def __init__(self, rate, slope):
-        self._rate, self._slope = rate, slope
+    def __init__(self, rate, slope, is_banded=True):
+        self._rate, self._slope, self.is_banded = rate, slope, is_banded
 
     def rates(self, t, y, out):
         out[:] = self._rate(t, y)
@@ -70,3 +70,20 @@ def test_a_start_that_rounding_has_brought_to_the_end_takes_a_step(capfd):
     solver.start(begin, np.ones(1))
     assert solver.step() > begin
     assert capfd.readouterr() == ("", "")
+
+
+def test_factors_of_the_whole_matrix_are_used_once_for_each_newton_iteration():
+    """With products as with the promise that factors are exact; ẏ = −y³ has y = 1/√(1 + 2t)."""
+    found = {}
+    for is_banded in (True, False):
+        equation = Equation(lambda t, y: -(y**3), lambda t, y: -3.0 * y**2, is_banded)
+        solver = Cvode(equation, 10.0, 1e-8, np.full(1, 1e-8))
+        solver.start(0.0, np.ones(1))
+        while solver.step() < 10.0:
+            pass
+        found[is_banded] = solver.at(10.0)[0], solver.steps, solver.solves
+    (direct, steps, solves), (confirmed, their_steps, their_solves) = found[True], found[False]
+    assert direct == pytest.approx(21.0**-0.5, rel=1e-6)
+    assert confirmed == pytest.approx(direct, rel=1e-12)
+    assert steps == their_steps
+    assert 2 * solves == their_solves
