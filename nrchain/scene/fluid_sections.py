@@ -42,7 +42,7 @@ NEIGHBOURS = rule(
 """The rule of a reach: neighbours on each side along the chain, or all pairs."""
 
 
-LEAST_ACCURACY = 1e-12
+LEAST_ACCURACY = 1e-11
 """Smallest error that sums by a tree can promise; rounding is near."""
 
 ACCURACY = rule(

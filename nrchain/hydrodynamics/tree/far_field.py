@@ -24,8 +24,8 @@ from nrchain.hydrodynamics.tree.passes import (
     flow_kernel,
     gather_kernel,
     gradient_kernel,
-    lower_locals,
-    raise_multipoles,
+    lower_kernel,
+    raise_kernel,
 )
 
 PARALLEL_SPHERES = 2000
@@ -119,7 +119,7 @@ class FarField:
         """The local expansions of all intervals, from the multipoles of the spheres."""
         tree = self._tree()
         self._run(gather_kernel, self._points, own, lowest, *tree, self._multipoles)
-        raise_multipoles(self._balls, self.degree, self.table, self._multipoles)
+        self._run(raise_kernel, self._balls, self.degree, self.table, self._multipoles)
         far, passed = (self.lists.far_begin, self.lists.far), (self._multipoles, self._locals)
         self._run(across_kernel, self._balls, *far, self.degree, self.table, *passed)
-        lower_locals(self._balls, self.degree, self.table, self._locals)
+        self._run(lower_kernel, self._balls, self.degree, self.table, self._locals)

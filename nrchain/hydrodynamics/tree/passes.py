@@ -73,26 +73,34 @@ def gather_kernel(parallel: bool):
     return compile_sum(gather, parallel)
 
 
-@kernel
-def raise_multipoles(balls, degree, G, multipoles):
-    """The multipoles of larger intervals, from those of their halves."""
-    first, second, first_weight, second_weight = G
-    count = (degree + 1) ** 2
-    regular, d, moments = np.empty(count), np.empty(3), np.empty(4 * count)
-    for i in range(balls.shape[0] // 2 - 1, 0, -1):
-        multipoles[i] = 0.0
-        for half in range(2 * i, 2 * i + 2):
-            d[:] = balls[half, :3] - balls[i, :3]
-            fill_regular(d[0], d[1], d[2], degree, regular)
-            _fill_moments(multipoles[half], d, moments)
-            for b in range(count):
-                room = degree + 1 - int(np.sqrt(b))
-                for a in range(room * room):
-                    c, e = first[b, a], second[b, a]
-                    v, w = first_weight[b, a] * regular[a], second_weight[b, a] * regular[a]
-                    for k in range(4):
-                        multipoles[i, c, k] += v * moments[4 * b + k]
-                        multipoles[i, e, k] += w * moments[4 * b + k]
+@cache
+def raise_kernel(parallel: bool):
+    """Compile the multipoles of larger intervals, from those of their halves, level by level."""
+
+    def raise_multipoles(balls, degree, G, multipoles):
+        first, second, first_weight, second_weight = G
+        count, width = (degree + 1) ** 2, balls.shape[0] // 4
+        while width:
+            for place in prange(width):
+                i = width + place
+                regular, d, moments = np.empty(count), np.empty(3), np.empty(4 * count)
+                multipoles[i] = 0.0
+                for half in range(2 * i, 2 * i + 2):
+                    for k in range(3):
+                        d[k] = balls[half, k] - balls[i, k]
+                    fill_regular(d[0], d[1], d[2], degree, regular)
+                    _fill_moments(multipoles[half], d, moments)
+                    for b in range(count):
+                        room = degree + 1 - int(np.sqrt(b))
+                        for a in range(room * room):
+                            c, e = first[b, a], second[b, a]
+                            v, w = first_weight[b, a] * regular[a], second_weight[b, a] * regular[a]
+                            for k in range(4):
+                                multipoles[i, c, k] += v * moments[4 * b + k]
+                                multipoles[i, e, k] += w * moments[4 * b + k]
+            width //= 2
+
+    return compile_sum(raise_multipoles, parallel)
 
 
 @kernel
@@ -157,29 +165,36 @@ def across_kernel(parallel: bool):
     return compile_sum(across, parallel)
 
 
-@kernel
-def lower_locals(balls, degree, G, locals_):
-    """Add to the local expansion of each interval that of the interval it is half of."""
-    first, second, first_weight, second_weight = G
-    regular, d, value = np.empty((degree + 1) ** 2), np.empty(3), np.empty(POTENTIALS)
-    for i in range(2, balls.shape[0]):
-        whole = locals_[i // 2]
-        d[:] = balls[i, :3] - balls[i // 2, :3]
-        fill_regular(d[0], d[1], d[2], degree, regular)
-        for b in range((degree + 1) ** 2):
-            value[:] = 0.0
-            room = degree + 1 - int(np.sqrt(b))
-            for a in range(room * room):
-                for c, weight in (
-                    (first[b, a], first_weight[b, a]),
-                    (second[b, a], second_weight[b, a]),
-                ):
-                    for k in range(POTENTIALS):
-                        value[k] += weight * regular[a] * whole[c, k]
-            for k in range(3):
-                locals_[i, b, k] += value[k]
-                locals_[i, b, 3] -= d[k] * value[k]
-            locals_[i, b, 3] += value[3]
+@cache
+def lower_kernel(parallel: bool):
+    """Compile the addition, to the local expansion of each half, of that of its whole interval."""
+
+    def lower_locals(balls, degree, G, locals_):
+        first, second, first_weight, second_weight = G
+        count, width = (degree + 1) ** 2, 2
+        while width < balls.shape[0]:
+            for place in prange(width):
+                i = width + place
+                whole = i // 2
+                regular, d, value = np.empty(count), np.empty(3), np.empty(POTENTIALS)
+                for k in range(3):
+                    d[k] = balls[i, k] - balls[whole, k]
+                fill_regular(d[0], d[1], d[2], degree, regular)
+                for b in range(count):
+                    value[:] = 0.0
+                    room = degree + 1 - int(np.sqrt(b))
+                    for a in range(room * room):
+                        c, e = first[b, a], second[b, a]
+                        v, w = first_weight[b, a] * regular[a], second_weight[b, a] * regular[a]
+                        for k in range(POTENTIALS):
+                            value[k] += v * locals_[whole, c, k] + w * locals_[whole, e, k]
+                    for k in range(3):
+                        locals_[i, b, k] += value[k]
+                        locals_[i, b, 3] -= d[k] * value[k]
+                    locals_[i, b, 3] += value[3]
+            width *= 2
+
+    return compile_sum(lower_locals, parallel)
 
 
 @kernel
