@@ -25,7 +25,8 @@ ENDLESS = {
 }
 """A chain that tumbles in a shear flow: no machine gets to its end."""
 
-PATIENCE = 60.0
+PATIENCE = 300.0
+"""Seconds for what takes one: a busy machine may compile kernels meanwhile."""
 
 
 def scene(name="buckling", **more):
