@@ -17,7 +17,7 @@ import stat
 import tempfile
 import warnings
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from threading import Lock
 from typing import Any
@@ -28,48 +28,69 @@ ARITHMETIC = frozenset({"contract", "reassoc", "nsz", "arcp"})
 """What the compiler may rearrange. ``nnan`` and ``ninf`` are absent: a NaN stays a NaN."""
 
 
-def kernel(function: Callable[..., Any] | None = None, *, parallel: bool = False):
-    """``numba.njit`` with the options of nrchain; ``parallel`` loops write one row each."""
+def kernel(
+    function: Callable[..., Any] | None = None, *, parallel: bool = False, nogil: bool = False
+):
+    """``numba.njit`` with the options of nrchain; ``parallel`` loops write one row each.
+
+    ``nogil`` kernels release the global lock of the interpreter while they run.
+    """
 
     def compile_(f: Callable[..., Any]) -> Any:
-        named = rename(f, sources())
-        options: dict[str, Any] = {"parallel": parallel, "error_model": "numpy"}
-        options["fastmath"] = set(ARITHMETIC)
         # no kernel is handed to another as a value: this saves a tenth of its compilation
-        options["no_cfunc_wrapper"] = True
-        try:
-            return numba.njit(named, cache=True, **options)
-        except RuntimeError:
-            # Numba finds no writable folder and refuses to compile
-            return _kept_for_now(named, options)
+        return _cached(f, numba.njit, parallel=parallel, nogil=nogil, no_cfunc_wrapper=True)
 
     return compile_ if function is None else compile_(function)
 
 
-def inlined(function: Callable[..., Any]) -> Any:
-    """A part of kernels, compiled into each that calls it and nowhere by itself.
+def part(function: Callable[..., Any]) -> Any:
+    """A kernel that only kernels call: without the code that takes arguments from Python."""
+    options: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, **_OPTIONS}
+    return numba.njit(**options)(function)
 
-    Kernels that call kernels compile those again with all that they call, at every level.
-    """
-    return numba.njit(function, inline="always", error_model="numpy", fastmath=set(ARITHMETIC))
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """A few lines of kernels, compiled into each that calls them."""
+    return numba.njit(function, inline="always", **_OPTIONS)
+
+
+def entry(function: Callable[..., Any], signature: Any) -> Any:
+    """A kernel that is called by its address: ``numba.cfunc``."""
+    return _cached(function, partial(numba.cfunc, signature))
+
+
+_OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": set(ARITHMETIC)}
+
+
+def _cached(function: Callable[..., Any], decorator: Callable[..., Any], **options: Any) -> Any:
+    named, options = rename(function, sources()), {**_OPTIONS, **options}
+    try:
+        return decorator(cache=True, **options)(named)
+    except RuntimeError:
+        # Numba finds no writable folder and refuses to compile
+        return _kept_for_now(named, options, decorator)
 
 
 _placing = Lock()
 
 
-def _kept_for_now(function: Callable[..., Any], options: dict[str, Any]) -> Any:
+def _kept_for_now(
+    function: Callable[..., Any],
+    options: dict[str, Any],
+    decorator: Callable[..., Any] = numba.njit,
+) -> Any:
     """Compile a kernel with its cache in a temporary folder, or without cache if there is none."""
     folder = temporary_folder()
     if folder is None:
-        return numba.njit(function, **options)
+        return decorator(**options)(function)
     # Numba reads the folder from its configuration when a function is declared.
     settings: Any = numba.config
     with _placing:
         given, settings.CACHE_DIR = settings.CACHE_DIR, str(folder)
         try:
-            return numba.njit(function, cache=True, **options)
+            return decorator(cache=True, **options)(function)
         except RuntimeError:
-            return numba.njit(function, **options)
+            return decorator(**options)(function)
         finally:
             settings.CACHE_DIR = given
 
@@ -103,7 +124,7 @@ def sources() -> str:
     digest = hashlib.sha256()
     for path in sorted(Path(__file__).parent.rglob("*.py")):
         text = path.read_bytes()
-        if b"_compile" in text:
+        if b"_compile" in text or b"_addresses" in text:
             digest.update(path.name.encode() + b"\0" + text)
     return digest.hexdigest()
 

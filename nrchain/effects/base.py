@@ -13,6 +13,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
+from nrchain._addresses import Term
 from nrchain.errors import SceneError
 from nrchain.inputs.rules import Section
 from nrchain.scene.extensions import default_section
@@ -197,6 +198,10 @@ class Effect:
     def add_product(self, poses: np.ndarray, out: np.ndarray) -> None:
         """out (N, 6) += ∂(F, T) or ∂(v, ω) · ``poses`` (N, 6), the whole derivative."""
         raise NotImplementedError
+
+    def term(self) -> Term | None:
+        """The effect as machine code; None where compiled code has to call its methods."""
+        return None
 
     energy: Any = None
     """``energy(positions, frames)`` = V if F = −∂V/∂r and T = −∂V/∂φ; otherwise None."""

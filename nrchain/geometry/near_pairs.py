@@ -66,7 +66,8 @@ def separations(positions: np.ndarray, pairs: np.ndarray, period: float = 0.0) -
 
 
 @kernel
-def _closest_pair(positions, period):
+def least_distance(positions, period):
+    """(distance, i, j) of the two spheres nearest each other, pair by pair."""
     count = positions.shape[0]
     least, first, second = np.inf, -1, -1
     for i in range(count):
@@ -84,7 +85,7 @@ def _closest_pair(positions, period):
 def closest_pair(positions: np.ndarray, period: float = 0.0) -> tuple[float, int, int]:
     """(distance, i, j) of the two spheres nearest each other, images along x included."""
     if len(positions) <= DIRECT_SEARCH:
-        distance, i, j = _closest_pair(positions, period)
+        distance, i, j = least_distance(positions, period)
         return float(distance), int(i), int(j)
     from scipy.spatial import cKDTree
 

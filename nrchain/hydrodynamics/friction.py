@@ -15,7 +15,7 @@ from functools import cache
 import numpy as np
 from numba import prange
 
-from nrchain._compile import kernel
+from nrchain._compile import kernel, part
 from nrchain.hydrodynamics import sharing
 from nrchain.hydrodynamics.images import Layout
 from nrchain.hydrodynamics.rotne_prager import sum_changes, sum_twists
@@ -95,7 +95,7 @@ def _add_blocks(sources, changes, units, radius, first_slot, near, wrench_blocks
                 _add_matrix_product(columns[:, 3:], wrench_block, blocks[i, place + m])
 
 
-@kernel
+@part
 def _add_matrix_product(first, second, out):
     for p in range(6):
         for q in range(6):

@@ -10,12 +10,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache, partial
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
-from numba import prange
+from numba import carray, prange
 
-from nrchain._compile import kernel
+from nrchain._addresses import (
+    ROW,
+    Term,
+    compile_term,
+    floats_at,
+    integers_at,
+    matrix_in,
+    table_of,
+    vector_in,
+)
+from nrchain._compile import kernel, part
 from nrchain.hydrodynamics import sharing
 from nrchain.hydrodynamics.images import Layout
 from nrchain.hydrodynamics.pair_law import PairLaw, set_derivative, sum_changes, sum_twists
@@ -112,6 +122,44 @@ def _lay_out_changes(poses, spheres, sources, changes):
                     poses[sphere, 3 + k1] * sources[axis + k2, slot]
                     - poses[sphere, 3 + k2] * sources[axis + k1, slot]
                 )
+
+
+@part
+def _sources_at(table, positions, frames):
+    """Lay out the sources of a term at these poses; return them."""
+    n, sources = vector_in(table, 4, integers_at)[0], matrix_in(table, 0, floats_at)
+    _lay_out(
+        carray(floats_at(positions), (n, 3)),
+        carray(floats_at(frames), (n, 3, 3)),
+        matrix_in(table, 1, floats_at),
+        vector_in(table, 2, integers_at),
+        vector_in(table, 3, floats_at),
+        sources,
+    )
+    return sources
+
+
+add: Any = None
+"""The kernel of a term: :func:`compile_term` puts that of a law in its place."""
+
+
+def _add_twists(context, positions, frames, out, width):
+    """The term of :meth:`SlipFlow.add_twists`."""
+    table = carray(integers_at(context), (6, ROW))
+    sources, place = _sources_at(table, positions, frames), vector_in(table, 4, integers_at)
+    radius = vector_in(table, 5, floats_at)[0]
+    add(sources, radius, place[1], place[2], carray(floats_at(out), (place[0], 6)))
+    return 0
+
+
+def _add_blocks(context, positions, frames, out, width):
+    """The term of :meth:`SlipFlow.add_jacobian`."""
+    table = carray(integers_at(context), (6, ROW))
+    sources, place = _sources_at(table, positions, frames), vector_in(table, 4, integers_at)
+    radius = vector_in(table, 5, floats_at)[0]
+    blocks = carray(floats_at(out), (place[0], 2 * width + 1, 6, 6))
+    add(sources, radius, place[1], min(place[2], width), blocks)
+    return 0
 
 
 class SlipFlow:
@@ -212,6 +260,29 @@ class SlipFlow:
             place = self.radius, self._layout.first + sphere, self.reach
             add(self._sources, *place, row[None])
         return rows
+
+    def term(self) -> Term | None:
+        """The flows as a term by address, with sources of its own.
+
+        None for sums on several threads, or by a tree.
+        """
+        if self._parallel or self.tree:
+            return None
+        source, layout = self.law.source, self._layout
+        entries = (
+            compile_term(_add_twists, add=twist_kernel(source, False)),
+            compile_term(_add_blocks, add=block_kernel(source)),
+        )
+        arrays = (
+            self._sources.copy(),
+            self._body_axes,
+            np.ascontiguousarray(layout.spheres, np.int64),
+            np.ascontiguousarray(layout.shifts, float),
+            np.array([self.count, layout.first, self.reach]),
+            np.array([self.radius]),
+        )
+        context = table_of(arrays)
+        return Term(entries[0].address, entries[1].address, context, (*arrays, *entries))
 
     def add_jacobian(self, positions: np.ndarray, frames: np.ndarray, blocks: np.ndarray) -> None:
         """blocks[i, w + m] += ∂(v, ω)_i / ∂(u, φ)_{i+m}, summed over up to w neighbours.

@@ -19,6 +19,9 @@ class PyStokesFlow(SlipFlow):
         super().__init__(*arguments, **options)
         self._neighbours, self._viscosity = neighbours, viscosity
 
+    def term(self) -> None:
+        """None: PyStokes is called in Python."""
+
     def add_twists(self, positions: np.ndarray, frames: np.ndarray, twists: np.ndarray) -> None:
         from nrchain.hydrodynamics import pystokes_backend
 

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nrchain._compile import kernel
+from nrchain._compile import kernel, part
 
 COINCIDENT = 1e-80
 """Added to (r/a)²: coincident spheres get a finite distance; rounding hides it for all others."""
@@ -42,7 +42,7 @@ def coefficients(s, rho):
     )
 
 
-@kernel
+@part
 def coefficient_slopes(s, rho):
     """ρ ∂/∂ρ of A, B, C, D, E."""
     s2, rho2 = s * s, rho * rho
@@ -57,7 +57,7 @@ def coefficient_slopes(s, rho):
     )
 
 
-@kernel
+@part
 def apply_pair(a, b, c, n, own, other):
     """a own + b n (n·own) + c other × n."""
     along = b * (n[0] * own[0] + n[1] * own[1] + n[2] * own[2])
@@ -68,7 +68,7 @@ def apply_pair(a, b, c, n, own, other):
     )
 
 
-@kernel
+@part
 def apply_change(terms, slopes, n, d, own, d_own, other, d_other):
     """Change of :func:`apply_pair` when r changes by r d: n by d − (n·d) n, and ρ by ρ n·d."""
     a, b, c = terms

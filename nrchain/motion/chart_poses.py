@@ -10,11 +10,19 @@ import math
 
 import numpy as np
 
-from nrchain._compile import kernel
+from nrchain._compile import kernel, part
 from nrchain.geometry import lie
 
+TURN_LIMIT = 2.0
+"""|θ| = 2 tan(α/2) at which a run changes to a new chart: a quarter turn."""
 
-@kernel
+QUARTER_TURN = math.atan(0.5 * TURN_LIMIT)
+"""Half of it, as an angle."""
+
+SMALLEST_TURN = float(np.finfo(float).eps)
+
+
+@part
 def _rotated_axes(spin, time, out):
     """out (3, 3) = the axes of a base, in rows, along its axes a ``time`` earlier."""
     rate = math.sqrt(spin[0] ** 2 + spin[1] ** 2 + spin[2] ** 2)
@@ -59,14 +67,14 @@ def set_poses(y, order, base_positions, base_frames, spins, time, positions, fra
                 )
 
 
-@kernel
+@part
 def _base_rotation(spin, frame, out):
     """out = Σ_a Ω_a e_a."""
     for k in range(3):
         out[k] = spin[0] * frame[0, k] + spin[1] * frame[1, k] + spin[2] * frame[2, k]
 
 
-@kernel
+@part
 def relative_rotation(spin, frame, twist, omega):
     """ω − Σ_a Ω_a e_a of a sphere."""
     _base_rotation(spin, frame, omega)
@@ -94,3 +102,10 @@ def largest_turn(y):
         x, z, w = y[6 * slot + 3], y[6 * slot + 4], y[6 * slot + 5]
         largest = max(largest, x * x + z * z + w * w)
     return math.sqrt(largest)
+
+
+@kernel
+def room_to_turn(y):
+    """A quarter turn over the largest rotation of a sphere in y; large where nothing turns."""
+    turn = math.atan(0.5 * largest_turn(y))
+    return QUARTER_TURN / max(turn, SMALLEST_TURN)

@@ -29,12 +29,10 @@ from nrchain.geometry import lie
 from nrchain.motion import chart_jacobian, chart_poses
 from nrchain.motion.block_elimination import FINE, Factors, allocate, factorise, solve_slots
 from nrchain.motion.model import Model
+from nrchain.motion.moving_chart import empty_chart
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
-
-TURN_LIMIT = 2.0
-"""|θ| = 2 tan(α/2) at which a run changes to a new chart: a quarter turn."""
 
 
 class ChartedChain:
@@ -43,7 +41,8 @@ class ChartedChain:
     ``rates`` is f, ``linearise`` takes its Jacobian at a point and ``product`` applies it.
     ``factorise`` and ``solve`` invert I − cJ with the part of J near the diagonal. ``evaluations``
     and ``jacobians`` count the calls of ``rates`` and ``linearise``. ``is_banded`` says whether
-    that part is all of J.
+    that part is all of J. ``chart`` holds the base,
+    for compiled code that moves it.
     """
 
     def __init__(self, model: Model) -> None:
@@ -56,10 +55,11 @@ class ChartedChain:
         self._slot_of[self.order] = np.arange(len(self.order))
         self.dimension = 6 * len(self.order)
         self.evaluations = self.jacobians = 0
-        self._positions, self._frames = np.empty((count, 3)), np.empty((count, 3, 3))
-        self._twists, self._poses = np.empty((count, 6)), np.zeros((count, 6))
+        self.chart = empty_chart(count)
+        self._positions, self._frames = self.chart.positions, self.chart.turned
+        self._twists, self._maps = self.chart.twists, self.chart.maps
+        self._poses = np.zeros((count, 6))
         self._blocks = np.empty((count, 2 * model.reach + 1, 6, 6))
-        self._maps = np.empty((count, 3, 3, 3))
         # factors and a vector of all spheres, for real and for complex c
         self._factors: dict[bool, tuple[Factors, np.ndarray]] = {}
 
@@ -76,19 +76,36 @@ class ChartedChain:
         Coupled frames rotate about e₁ at the rate ``spin``. Frames of free spheres rotate each as
         slip, fields and flows rotate the sphere at this time.
         """
-        self.time, self.drift, self.spin = float(time), np.array(drift, float), float(spin)
-        self._spins = np.zeros((self.model.count, 3))
-        self._spins[:, 0] = self.spin
-        if not (self.model.ties_frames or self.model.held.any()):
+        chart, held = self.chart, self.model.held
+        chart.clock[0], chart.drift[:], self.spin = time, drift, float(spin)
+        chart.spins[:] = [self.spin, 0.0, 0.0]
+        if not (self.model.ties_frames or held.any()):
             twists = self.model.carrying_twists(positions, frames)
-            self._spins = np.einsum("nak,nk->na", frames, twists[:, 3:])
-        self.base_positions = np.array(positions, float)
-        self.base_frames = np.array(frames, float)
-        held = self.model.held
-        at = self.base_positions
-        self._origin = at[np.argmax(held)].copy() if held.any() else at.mean(axis=0)
-        self._near = self.base_positions - self._origin
-        self._positions[:], self._frames[:] = self._near, frames
+            chart.spins[:] = np.einsum("nak,nk->na", frames, twists[:, 3:])
+        chart.places[:], chart.frames[:] = positions, frames
+        chart.origin[:] = positions[np.argmax(held)] if held.any() else positions.mean(axis=0)
+        chart.near[:] = chart.places - chart.origin
+        self._positions[:], self._frames[:] = chart.near, frames
+
+    @property
+    def time(self) -> float:
+        """When the base was set."""
+        return float(self.chart.clock[0])
+
+    @property
+    def drift(self) -> np.ndarray:
+        """V (3,) of all bases."""
+        return self.chart.drift
+
+    @property
+    def base_positions(self) -> np.ndarray:
+        """Positions (N, 3) of the bases at ``time``."""
+        return self.chart.places
+
+    @property
+    def base_frames(self) -> np.ndarray:
+        """Frames (N, 3, 3) of the bases at ``time``."""
+        return self.chart.frames
 
     def rebase(self, time: float, positions: np.ndarray, frames: np.ndarray) -> None:
         """As :meth:`set_base`, with the mean drift and spin due to slip, fields and flows.
@@ -108,7 +125,7 @@ class ChartedChain:
     def poses(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Positions (N, 3) and frames (N, 3, 3) at coordinates y; frames may be overwritten."""
         near, frames = self._poses_near(time, y)
-        positions = near + (self._origin + self.drift * (time - self.time))
+        positions = near + (self.chart.origin + self.drift * (time - self.time))
         # clamped spheres keep their positions to the last bit
         positions[self.model.held] = self.base_positions[self.model.held]
         return positions, frames
@@ -118,9 +135,9 @@ class ChartedChain:
         chart_poses.set_poses(
             y,
             self.order,
-            self._near,
-            self.base_frames,
-            self._spins,
+            self.chart.near,
+            self.chart.frames,
+            self.chart.spins,
             time - self.time,
             self._positions,
             self._frames,
@@ -140,15 +157,19 @@ class ChartedChain:
         self.evaluations += 1
         positions, frames = self._poses_of_model(time, y)
         self.model.twists(positions, frames, self._twists)
-        chart_poses.set_rates(y, self.order, self.drift, self._spins, frames, self._twists, out)
+        chart_poses.set_rates(
+            y, self.order, self.drift, self.chart.spins, frames, self._twists, out
+        )
 
     def linearise(self, time: float, y: np.ndarray) -> None:
         """Take J at (time, y), for ``product``, ``factorise`` and ``jacobian``."""
         self.jacobians += 1
         positions, frames = self._poses_of_model(time, y)
         self.model.twists(positions, frames, self._twists)
-        chart_jacobian.set_tangents(y, self.order, self._spins, frames, self._twists, self._maps)
-        self._turning = np.einsum("na,nak->nk", self._spins, frames)
+        chart_jacobian.set_tangents(
+            y, self.order, self.chart.spins, frames, self._twists, self._maps
+        )
+        self._turning = np.einsum("na,nak->nk", self.chart.spins, frames)
         self.model.linearise(positions, frames, self._blocks)
         chart_jacobian.transform_blocks(self._blocks, self._slot_of, self._maps, self._turning)
 
@@ -227,7 +248,7 @@ class ChartedChain:
         if self.model.held.any():
             return False
         shifts = y.reshape(-1, 6)[:, :3]
-        extent = np.ptp(self._near[self.order] + shifts, axis=0)
+        extent = np.ptp(self.chart.near[self.order] + shifts, axis=0)
         return bool(np.abs(shifts).max() > extent.max())
 
     def largest_turn(self, y: np.ndarray) -> float:

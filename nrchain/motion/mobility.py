@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 
 @kernel
-def _divide(twists, translational, rotational):
+def divide(twists, translational, rotational):
+    """(F, T) → (F/γ_T, T/γ_R) (N, 6), in place."""
     for i in range(twists.shape[0]):
         for k in range(3):
             twists[i, k] /= translational
@@ -29,7 +30,8 @@ def _divide(twists, translational, rotational):
 
 
 @kernel
-def _divide_blocks(blocks, translational, rotational):
+def divide_blocks(blocks, translational, rotational):
+    """Rows of forces over γ_T, rows of torques over γ_R, in place."""
     rows = blocks.reshape(-1, 36)
     for block in range(rows.shape[0]):
         for k in range(18):
@@ -78,11 +80,11 @@ class Mobility:
 
     def divide(self, wrenches: np.ndarray) -> None:
         """(F, T) → (F/γ_T, T/γ_R) (N, 6), in place: one-body friction."""
-        _divide(wrenches, *self._drag)
+        divide(wrenches, *self._drag)
 
     def divide_blocks(self, blocks: np.ndarray) -> None:
         """blocks (N, 2w + 1, 6, 6): rows of forces over γ_T, rows of torques over γ_R, in place."""
-        _divide_blocks(blocks, *self._drag)
+        divide_blocks(blocks, *self._drag)
 
     def twists(self, positions: np.ndarray, wrenches: np.ndarray) -> np.ndarray:
         """μ·W (N, 6), without the supports of clamped spheres."""
@@ -145,7 +147,7 @@ class Mobility:
     ) -> None:
         """twists (N, 6) += μ·δW + ∂μ·W, with δW the change of the wrenches without supports."""
         if self._linearised is None:
-            _divide(wrench_changes, *self._drag)
+            divide(wrench_changes, *self._drag)
             twists += wrench_changes
             return
         wrench_changes[self._held] = 0.0

@@ -47,6 +47,10 @@ class Model:
         Whether an effect other than slip, fields and flows exerts torques, as elasticity does.
     friction
         Friction between spheres; None with one-body friction.
+    drag
+        γ_T and γ_R, of one sphere.
+    further_effects
+        Those that are not summed with others in one pass.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -57,9 +61,10 @@ class Model:
         if chain.ends == "clamped":
             self.held[[0, -1]] = True
         self.elasticity = elasticity_of(scene)
-        self._drag = scene.drag
+        self.drag = scene.drag
         self.effects = acting(scene)
         further = [effect(scene) for effect in self.effects if not effect.fused]
+        self.further_effects = tuple(further)
         self._wrench_effects = [effect for effect in further if effect.gives == "wrench"]
         self._twist_effects = [effect for effect in further if effect.gives == "twist"]
         wrenches = [effect for effect in self.effects if effect.gives == "wrench"]
@@ -105,7 +110,7 @@ class Model:
             return self._move(positions, frames, twists)
         wrenches = np.zeros((self.count, 6))
         self._add_wrenches(positions, frames, wrenches)
-        wrenches[self.held] = -np.repeat(self._drag, 3) * twists[self.held]
+        wrenches[self.held] = -np.repeat(self.drag, 3) * twists[self.held]
         return wrenches
 
     def mobile_twists(self, positions: np.ndarray, wrenches: np.ndarray) -> np.ndarray:
@@ -175,13 +180,17 @@ class Model:
         for effect in self._wrench_effects:
             effect.add_blocks(blocks)
         self._mobility.divide_blocks(blocks)
-        self._linearised_slip.add_jacobian(positions, frames, blocks)
+        self.linearise_slip(positions, frames, blocks)
         for effect in self._twist_effects:
             effect.add_blocks(blocks)
         if self.friction is not None:
             twists = np.zeros((self.count, 6))
             self._add_flows(positions, frames, twists)
             self._mobility.linearise(positions, self._move(positions, frames, twists))
+
+    def linearise_slip(self, positions: np.ndarray, frames: np.ndarray, blocks: np.ndarray) -> None:
+        """Take the derivative of slip here; blocks += that of near neighbours."""
+        self._linearised_slip.add_jacobian(positions, frames, blocks)
 
     def add_product(self, poses: np.ndarray, twists: np.ndarray) -> None:
         """twists += the change of the twists with ``poses`` (N, 6), about the last linearisation.

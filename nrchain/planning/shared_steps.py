@@ -15,7 +15,8 @@ from functools import partial
 import numpy as np
 
 from nrchain.geometry.distances import pose_distances
-from nrchain.motion.charts import TURN_LIMIT, ChartedChain
+from nrchain.motion.chart_poses import TURN_LIMIT
+from nrchain.motion.charts import ChartedChain
 from nrchain.motion.contact import PoseLimits
 from nrchain.motion.integrators.base import IntegrationError
 from nrchain.motion.integrators.cvode import Cvode

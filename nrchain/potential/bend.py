@@ -11,7 +11,7 @@ Source: paper, Appendix B.
 
 from __future__ import annotations
 
-from nrchain._compile import kernel
+from nrchain._compile import part
 from nrchain.potential.link import (
     add_cross,
     add_product_moment,
@@ -21,37 +21,37 @@ from nrchain.potential.link import (
 from nrchain.potential.link_blocks import add_product_blocks, add_turned_cross
 
 
-@kernel
+@part
 def energy(e, f):
     """V/μ⊥ of a link between frames e and f."""
     return product_energy(e[0], f[1]) + product_energy(e[2], f[0])
 
 
-@kernel
+@part
 def add_moment(e, f, modulus, moment):
     """moment += the torque of the link on its first sphere."""
     add_product_moment(e[0], f[1], modulus, moment)
     add_product_moment(e[2], f[0], modulus, moment)
 
 
-@kernel
+@part
 def add_blocks(e, f, modulus, turning):
     """turning (3, 3) += the derivative of the moment with the rotation of the first sphere."""
     add_product_blocks(e[0], f[1], modulus, turning)
     add_product_blocks(e[2], f[0], modulus, turning)
 
 
-@kernel
+@part
 def isotropic_energy(e, f):
     """V/μ⊥ = 1 − e₁·e₁′."""
     return 1.0 - dot(e[0], f[0])
 
 
-@kernel
+@part
 def add_isotropic_moment(e, f, modulus, moment):
     add_cross(e[0], f[0], modulus, moment)
 
 
-@kernel
+@part
 def add_isotropic_blocks(e, f, modulus, turning):
     add_turned_cross(e[0], f[0], modulus, turning)

@@ -17,7 +17,9 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from numba import carray
 
+from nrchain._addresses import Term, compile_term, floats_at, integers_at
 from nrchain._compile import kernel, rename
 from nrchain.potential import bend as bending
 from nrchain.potential import shear as shearing
@@ -185,6 +187,30 @@ def block_kernel(terms: tuple[str, ...], isotropic: bool) -> Any:
     return kernel(rename(add_jacobian, *terms, isotropic))
 
 
+add: Any = None
+"""The kernel of a term: :func:`compile_term` puts that of a chain in its place."""
+
+
+def _add_wrenches(context, positions, frames, out, width):
+    """The term of :meth:`Elasticity.add_wrenches`; its table: N, and the address of parameters."""
+    table = carray(integers_at(context), 2)
+    n, p = table[0], carray(floats_at(table[1]), 6)
+    r, e = carray(floats_at(positions), (n, 3)), carray(floats_at(frames), (n, 3, 3))
+    wrenches = carray(floats_at(out), (n, 6))
+    add(r, e, p[0], p[1], p[2], p[3], p[4], p[5], wrenches)
+    return 0
+
+
+def _add_blocks(context, positions, frames, out, width):
+    """The term of :meth:`Elasticity.add_jacobian`."""
+    table = carray(integers_at(context), 2)
+    n, p = table[0], carray(floats_at(table[1]), 6)
+    r, e = carray(floats_at(positions), (n, 3)), carray(floats_at(frames), (n, 3, 3))
+    blocks = carray(floats_at(out), (n, 2 * width + 1, 6, 6))
+    add(r, e, p[0], p[1], p[2], p[3], p[4], p[5], blocks)
+    return 0
+
+
 @dataclass(frozen=True)
 class Elasticity:
     """V, −∂V/∂(u, φ) and its derivative: the elastic energy of a chain for given moduli.
@@ -226,6 +252,17 @@ class Elasticity:
         if self:
             add = block_kernel(self.terms, self.isotropic)
             add(positions, frames, self.spacing, self.period, *self.moduli, blocks)
+
+    def term(self, count: int) -> Term:
+        """The wrenches of ``count`` spheres as a term by address."""
+        options = self.terms, self.isotropic
+        parameters = np.array([self.spacing, self.period, *self.moduli])
+        entries = (
+            compile_term(_add_wrenches, add=wrench_kernel(*options)),
+            compile_term(_add_blocks, add=block_kernel(*options)),
+        )
+        context = np.array([count, parameters.ctypes.data])
+        return Term(entries[0].address, entries[1].address, context, (parameters, *entries))
 
     def energy(self, positions: np.ndarray, frames: np.ndarray) -> float:
         """V, summed over links."""

@@ -11,7 +11,7 @@ their positions in the Jacobian.
 
 from __future__ import annotations
 
-from nrchain._compile import kernel
+from nrchain._compile import kernel, part
 
 REACH = 3
 """Number of neighbours on either side that elastic forces reach."""
@@ -21,19 +21,19 @@ _WIDE = (-1 / 16, 9 / 16, 1 / 24, 27 / 24)
 _NARROW = (0.0, 0.5, 0.0, 1.0)
 
 
-@kernel
+@part
 def is_wide(link, count, periodic):
     """Whether the link has four spheres: all links but the first and last of an open chain."""
     return periodic or 0 < link < count - 2
 
 
-@kernel
+@part
 def link_weights(wide):
     """Weights (outer, inner) of C⁰ and of d C¹; outer weights are 0 for links of two spheres."""
     return _WIDE if wide else _NARROW
 
 
-@kernel
+@part
 def link_spheres(link, count, wide):
     """The spheres i−1, i, i+1, i+2 of a link; links of two spheres repeat them."""
     after = link + 1 if link + 1 < count else 0
@@ -43,7 +43,7 @@ def link_spheres(link, count, wide):
     return before, link, after, (after + 1 if after + 1 < count else 0)
 
 
-@kernel
+@part
 def link_tangent(positions, link, spheres, weights, spacing, period):
     """C¹r, with the images of a periodic chain."""
     count, outer, inner = positions.shape[0], weights[2] / spacing, weights[3] / spacing
@@ -62,7 +62,7 @@ def link_tangent(positions, link, spheres, weights, spacing, period):
     )
 
 
-@kernel
+@part
 def mid_vector(frames, a, spheres, weights):
     """C⁰e_a."""
     outer, inner = weights[0], weights[1]
@@ -74,7 +74,7 @@ def mid_vector(frames, a, spheres, weights):
     )
 
 
-@kernel
+@part
 def dot(first, second):
     return first[0] * second[0] + first[1] * second[1] + first[2] * second[2]
 
@@ -88,7 +88,7 @@ def cross(first, second):
     )
 
 
-@kernel
+@part
 def axes_of(frames, i):
     """e₁, e₂ and e₃ of sphere i, by components."""
     return (
@@ -98,7 +98,7 @@ def axes_of(frames, i):
     )
 
 
-@kernel
+@part
 def add_cross(first, second, factor, out):
     """out += factor (a × b)."""
     out[0] += factor * (first[1] * second[2] - first[2] * second[1])
@@ -106,7 +106,7 @@ def add_cross(first, second, factor, out):
     out[2] += factor * (first[0] * second[1] - first[1] * second[0])
 
 
-@kernel
+@part
 def stress_vector(frames, i, first, last, tensions):
     """Σ_a τ_a e_a of sphere i, over first ≤ a < last."""
     g0 = g1 = g2 = 0.0
@@ -117,7 +117,7 @@ def stress_vector(frames, i, first, last, tensions):
     return g0, g1, g2
 
 
-@kernel
+@part
 def _add_strain_wrench(frame, along, stress, pull, tangent, wrench):
     """wrench −= ∂/∂(u, φ) of Σ_a τ_a C⁰e_a·C¹r for a sphere with these weights."""
     wrench[0] -= along * pull[0]
@@ -128,7 +128,7 @@ def _add_strain_wrench(frame, along, stress, pull, tangent, wrench):
     wrench[5] -= frame * (stress[0] * tangent[1] - stress[1] * tangent[0])
 
 
-@kernel
+@part
 def add_strain_wrenches(
     frames, first, last, spheres, wide, weights, spacing, tangent, tensions, wrenches
 ):
@@ -153,19 +153,19 @@ def add_strain_wrenches(
     _add_strain_wrench(inner, near / spacing, of_j, pull, tangent, wrenches[j])
 
 
-@kernel
+@part
 def product_energy(e, f):
     """½ (e·f)²."""
     return 0.5 * dot(e, f) ** 2
 
 
-@kernel
+@part
 def add_product_moment(e, f, modulus, moment):
     """moment −= modulus (e·f) e × f, from ½ modulus (e·f)²."""
     add_cross(e, f, -modulus * dot(e, f), moment)
 
 
-@kernel
+@part
 def add_turning_moment(moment, i, j, wrenches):
     """wrenches += the moment of a link on its first sphere i, and minus it on the second, j."""
     for k in range(3):

@@ -6,11 +6,11 @@ The wrenches are those of :mod:`nrchain.potential.link`. ``blocks[i, w + m]`` of
 
 from __future__ import annotations
 
-from nrchain._compile import kernel
+from nrchain._compile import part
 from nrchain.potential.link import cross, dot
 
 
-@kernel
+@part
 def set_strain_parts(
     frames,
     first,
@@ -77,7 +77,7 @@ def set_strain_parts(
             )
 
 
-@kernel
+@part
 def add_strain_blocks(spheres, wide, weights, spacing, levers, ties, tensile, blocks):
     """blocks −= Σ_a (g_a g_aᵀ + τ_a ∂²s_a), with √K_a ∂s_a = g_a.
 
@@ -104,7 +104,7 @@ def add_strain_blocks(spheres, wide, weights, spacing, levers, ties, tensile, bl
                     )
 
 
-@kernel
+@part
 def add_turned_cross(e, f, factor, turning):
     """turning (3, 3) += ∂/∂φ of factor (e × f): factor (e fᵀ − e·f)."""
     along = factor * dot(e, f)
@@ -115,7 +115,7 @@ def add_turned_cross(e, f, factor, turning):
         turning[q, q] -= along
 
 
-@kernel
+@part
 def add_outer(vector, factor, turning):
     """turning (3, 3) += factor v vᵀ."""
     for q in range(3):
@@ -124,14 +124,14 @@ def add_outer(vector, factor, turning):
         turning[2, q] += factor * vector[2] * vector[q]
 
 
-@kernel
+@part
 def add_product_blocks(e, f, modulus, turning):
     """turning += ∂/∂φ of :func:`add_product_moment`."""
     add_turned_cross(e, f, -modulus * dot(e, f), turning)
     add_outer(cross(e, f), -modulus, turning)
 
 
-@kernel
+@part
 def add_turning_blocks(turning, i, j, blocks):
     """blocks += the derivatives of the moment M of a link on its spheres i and j.
 

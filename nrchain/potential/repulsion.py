@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nrchain._compile import kernel
+from nrchain._compile import kernel, part
 from nrchain.geometry.near_pairs import near_pairs
 
 KINDS = {"wca": 0, "harmonic": 1}
@@ -37,7 +37,7 @@ def potential(kind, distance, strength, reach):
     return 0.5 * strength * depth**2, -strength * depth / reach, strength / reach**2
 
 
-@kernel
+@part
 def _separation(positions, i, j, period, vector):
     """Fill ``vector`` with r_i − r_j to the nearest image; return its length."""
     for k in range(3):

@@ -5,11 +5,11 @@ Source: paper, Appendix B; C⁰ and C¹ in :mod:`nrchain.potential.link`.
 
 from __future__ import annotations
 
-from nrchain._compile import kernel
+from nrchain._compile import part
 from nrchain.potential.link import dot
 
 
-@kernel
+@part
 def strain(e, tangent):
     """C⁰e_a·C¹r, a = 2 or 3."""
     return dot(e, tangent)

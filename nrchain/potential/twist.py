@@ -12,7 +12,7 @@ Source: paper, Appendix B.
 
 from __future__ import annotations
 
-from nrchain._compile import kernel
+from nrchain._compile import part
 from nrchain.potential.link import (
     add_cross,
     add_product_moment,
@@ -23,43 +23,43 @@ from nrchain.potential.link import (
 from nrchain.potential.link_blocks import add_outer, add_product_blocks, add_turned_cross
 
 
-@kernel
+@part
 def energy(e, f):
     """V/μ∥ of a link between frames e and f."""
     return product_energy(e[1], f[2])
 
 
-@kernel
+@part
 def add_moment(e, f, modulus, moment):
     """moment += the torque of the link on its first sphere."""
     add_product_moment(e[1], f[2], modulus, moment)
 
 
-@kernel
+@part
 def add_blocks(e, f, modulus, turning):
     """turning (3, 3) += the derivative of the moment with the rotation of the first sphere."""
     add_product_blocks(e[1], f[2], modulus, turning)
 
 
-@kernel
+@part
 def _sine(e, f):
     return 0.5 * (dot(e[1], f[2]) - dot(e[2], f[1]))
 
 
-@kernel
+@part
 def isotropic_energy(e, f):
     """V/μ∥ = ½ [(e₂·e₃′ − e₃·e₂′)/2]²."""
     return 0.5 * _sine(e, f) ** 2
 
 
-@kernel
+@part
 def add_isotropic_moment(e, f, modulus, moment):
     sine = _sine(e, f)
     add_cross(e[1], f[2], -0.5 * modulus * sine, moment)
     add_cross(e[2], f[1], 0.5 * modulus * sine, moment)
 
 
-@kernel
+@part
 def add_isotropic_blocks(e, f, modulus, turning):
     sine = _sine(e, f)
     add_turned_cross(e[1], f[2], -0.5 * modulus * sine, turning)

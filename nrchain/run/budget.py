@@ -2,10 +2,34 @@
 
 from __future__ import annotations
 
+import sys
 import time as clock
 
 from nrchain.outcome import Cause, Stop
 from nrchain.run.interruption import Interruption
+
+LOOK = 0.02
+"""Seconds between two looks at signals and budgets, where steps take less."""
+
+
+class Pace:
+    """How many steps fit between two looks, by the time that the last ones took.
+
+    >>> pace = Pace()
+    >>> pace.steps
+    1
+    >>> pace.measure(1, 0.001)
+    >>> pace.steps
+    10
+    """
+
+    def __init__(self) -> None:
+        self.steps = 1
+
+    def measure(self, taken: int, seconds: float) -> None:
+        """Note that so many steps took so many seconds."""
+        fit = int(taken * LOOK / max(seconds, 1e-9))
+        self.steps = min(max(fit, 1), 10 * self.steps)
 
 
 class Budget:
@@ -39,3 +63,9 @@ class Budget:
         spent = clock.perf_counter() - self._since
         if self._max_seconds is not None and spent > self._max_seconds:
             raise Stop(Cause.BUDGET, time, f"its {self._max_seconds:g} s are used up")
+
+    def steps_left(self, steps: float) -> int:
+        """How many steps may follow the first ``steps``."""
+        if self._max_steps is None:
+            return sys.maxsize
+        return max(int(self._repeated + self._max_steps - steps), 1)

@@ -10,13 +10,16 @@ run after an installation compiles them and differs from later ones in rounding.
 
 from __future__ import annotations
 
+import time as clock
+
 import numpy as np
 
 from nrchain.errors import TrajectoryError
-from nrchain.motion.charts import TURN_LIMIT, ChartedChain
+from nrchain.motion.chart_poses import TURN_LIMIT
+from nrchain.motion.charts import ChartedChain
 from nrchain.motion.integrators.base import IntegrationError, Integrator
 from nrchain.outcome import Cause, Stop
-from nrchain.run.budget import Budget
+from nrchain.run.budget import Budget, Pace
 from nrchain.run.counters import Counters
 from nrchain.run.recording import Recording
 from nrchain.run.watches import Watches
@@ -50,6 +53,7 @@ class Loop:
         self.recording, self.counters, self.budget = recording, counters, budget
         self.time, self.poses = time, poses
         self._restarted, self._fresh_steps = time, 0
+        self._pace = Pace()
 
     def run(self) -> Stop | None:
         """Integrate to the end; return why the run stops, if it stops before."""
@@ -86,8 +90,8 @@ class Loop:
         self._start_integrator()
         while not self.recording.is_complete:
             self.budget.check(self.time, self.counters.steps)
-            reached = self.integrator.step()
-            self._fresh_steps += 1
+            self._advance()
+            reached = self.integrator.reached
             if reached == self.time:
                 raise IntegrationError("steps have become too small to advance the time")
             y = self.integrator.at(reached)
@@ -101,6 +105,32 @@ class Loop:
                 stopwatch.lap(self.chain.evaluations)
             if not self.recording.is_complete:
                 self._restart_if_due(turned > TURN_LIMIT or self.chain.has_outrun_base(y))
+
+    def _advance(self) -> None:
+        """Take steps up to the first that has to be looked at; ``time`` is then its beginning."""
+        integrator, before = self.integrator, self.integrator.steps
+        left = self.budget.steps_left(self.counters.steps)
+        most = min(RESTART_STEPS - self._fresh_steps, self._pace.steps, left)
+        began = clock.perf_counter()
+        try:
+            integrator.advance(
+                self.recording.next_due, most, self.watches.clearance, self.watches.unwatched
+            )
+        except Exception:
+            self._pass(integrator.reached, integrator.steps - before)
+            raise
+        taken = integrator.steps - before
+        self._pace.measure(taken, clock.perf_counter() - began)
+        self._fresh_steps += 1
+        if taken > 1:
+            self._pass(integrator.begin, taken - 1)
+
+    def _pass(self, time: float, steps: int) -> None:
+        """Note that so many steps led to ``time``, none of which has to be looked at."""
+        if steps:
+            self._fresh_steps += steps
+            self.watches.skip(steps)
+            self.time, self.poses = time, self._poses_at(time)
 
     def _process_step(self, reached: float, y: np.ndarray) -> None:
         """Watch the step just taken and record the snapshots in it; raise the stop that ends it."""
@@ -119,8 +149,7 @@ class Loop:
 
     def _poses_at(self, time: float) -> Poses:
         """Poses at a time within the last step, in arrays of their own."""
-        positions, frames = self.chain.poses(time, self.integrator.at(time))
-        return positions.copy(), frames.copy()
+        return self.integrator.poses_at(time)
 
     def _restart_if_due(self, has_left_chart: bool) -> None:
         """Take new charts about the poses reached, record them and restart the integrator."""

@@ -64,6 +64,11 @@ class Recording:
         return float(self.times[-1])
 
     @property
+    def next_due(self) -> float:
+        """The time of the next snapshot."""
+        return float(self.times[min(self.snapshot, len(self.times) - 1)])
+
+    @property
     def is_complete(self) -> bool:
         """Whether all snapshots are written."""
         return self.snapshot == len(self.times)
@@ -97,11 +102,11 @@ class Recording:
             self._recorder.checkpoint(
                 Checkpoint(
                     time,
-                    chain.base_positions,
-                    chain.base_frames,
+                    chain.base_positions.copy(),
+                    chain.base_frames.copy(),
                     self.snapshot,
                     chain.spin,
-                    chain.drift,
+                    chain.drift.copy(),
                     self._counters.table(),
                 )
             )

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nrchain.motion.clearance import Clearance
 from nrchain.outcome import Stop
 from nrchain.types import Poses, PosesAt
 from nrchain.watch.friction import FrictionWatch
@@ -22,6 +23,20 @@ class Watches:
     growth: GrowthWatch
     friction: FrictionWatch | None = None
     neglected: NeglectedWatch | None = None
+
+    @property
+    def clearance(self) -> Clearance:
+        """What tells compiled code that spheres do not touch in a step."""
+        return self.guard.clearance
+
+    @property
+    def unwatched(self) -> int:
+        """How many steps need not be watched, if they are clear."""
+        return self.growth.pause
+
+    def skip(self, steps: int) -> None:
+        """Note that so many steps were not watched."""
+        self.growth.pause -= steps
 
     def check_step(
         self,

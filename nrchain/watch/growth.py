@@ -70,6 +70,11 @@ class GrowthWatch:
         Whether the chain repeats along x.
     warned_of_straight
         Whether the run has warned already of a straight chain that would buckle.
+
+    Attributes
+    ----------
+    pause
+        Steps that need not be watched.
     """
 
     def __init__(
@@ -93,7 +98,7 @@ class GrowthWatch:
     def restart(self) -> None:
         """Forget all steps so far: a run resumed from here has not seen them."""
         self._before = math.inf
-        self._pause = 0
+        self.pause = 0
         self._links: np.ndarray | None = None
         self._most = np.zeros(self._integrator.chain.dimension)
         self._scale = np.zeros(2)
@@ -106,8 +111,8 @@ class GrowthWatch:
 
         ``y`` are the integrator's coordinates of these poses.
         """
-        if self._pause:
-            self._pause -= 1
+        if self.pause:
+            self.pause -= 1
             return None
         bend = _bend(*poses, self._radius, self._periodic, LARGEST)
         if bend <= STRAIGHT and self._warned:
@@ -116,7 +121,7 @@ class GrowthWatch:
         resolution = Resolution.of(self._integrator, self._atol, y, self._most)
         tolerance = resolution.across(_axis(poses[0], self._periodic))
         if bend >= min(NEARLY * tolerance, LARGEST):
-            self._pause = BENT - 1
+            self.pause = BENT - 1
             return None
         falls, self._before = bend < self._before, bend
         step, left = end - begin, self._integrator.end - end

@@ -12,14 +12,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from nrchain._compile import kernel
 from nrchain.geometry.near_pairs import closest_pair, near_pairs, separations
+from nrchain.motion.clearance import EXCURSION, Clearance, largest_move, margin
 from nrchain.motion.contact import PoseLimits, least_aligned, least_alignment
 from nrchain.outcome import Cause, Stop
 from nrchain.types import Poses, PosesAt
-
-EXCURSION = 2.0
-"""Largest deviation of a path within a step, over the displacement of the step."""
 
 DIVISIONS = 16
 """How often a step is divided in the search for a contact."""
@@ -29,11 +26,15 @@ STRAIGHT = 1e-3
 
 
 class Guard:
-    """Looks for contacts and turned links in the steps of a run from ``positions`` (N, 3)."""
+    """Looks for contacts and turned links in the steps of a run from ``positions`` (N, 3).
+
+    ``clearance`` tells compiled code which steps need not be looked at.
+    """
 
     def __init__(self, limits: PoseLimits, positions: np.ndarray) -> None:
         self._radius, self._contact = limits.radius, limits.contact
         self._period, self._rotational = limits.period, limits.rotational_springs
+        self.clearance = Clearance.of(limits, len(positions))
         self._search(positions)
 
     def watch(
@@ -54,8 +55,8 @@ class Guard:
         return stop
 
     def _search(self, positions: np.ndarray) -> None:
-        self._searched = positions.copy()
-        self._closest = closest_pair(positions, self._period)[0]
+        self.clearance.searched[:] = positions
+        self.clearance.closest[0] = closest_pair(positions, self._period)[0]
 
     def _touching(
         self,
@@ -66,12 +67,12 @@ class Guard:
         poses_at: PosesAt,
         divisions: int = DIVISIONS,
     ) -> Stop | None:
-        moved = 2.0 * EXCURSION * _largest_move(before, after)
-        if self._closest - 2.0 * _largest_move(self._searched, after) - moved > self._contact:
+        if margin(self.clearance, before, after) > 0.0:
             return None
         self._search(after)
-        if self._closest - moved > self._contact:
+        if margin(self.clearance, before, after) > 0.0:
             return None
+        moved = 2.0 * EXCURSION * largest_move(before, after)
         if self._period and divisions and 2.0 * (self._contact + moved) > self._period:
             # spheres may meet other images than those that are nearest at the end
             middle = 0.5 * (begin + end)
@@ -132,23 +133,6 @@ class Guard:
         time = _root(lambda t: least_alignment(poses_at(t)[1], periodic), begin, end)
         link = least_aligned(poses_at(time)[1], periodic)[1]
         return Stop(Cause.TURN, time, f"link {link} has turned by a quarter turn")
-
-
-@kernel
-def _largest_move(before, after):
-    """How far a sphere has moved at most, beside the motion of all."""
-    count = before.shape[0]
-    mean = np.zeros(3)
-    for i in range(count):
-        for k in range(3):
-            mean[k] += (after[i, k] - before[i, k]) / count
-    largest = 0.0
-    for i in range(count):
-        square = 0.0
-        for k in range(3):
-            square += (after[i, k] - before[i, k] - mean[k]) ** 2
-        largest = max(largest, square)
-    return np.sqrt(largest)
 
 
 def _chord_distances(first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 import nrchain
-from nrchain.motion.charts import TURN_LIMIT, ChartedChain
+from nrchain.effects.base import OneBodyEffect
+from nrchain.motion.chart_poses import TURN_LIMIT
+from nrchain.motion.charts import ChartedChain
 from nrchain.motion.integrators import find_integrator
 from nrchain.motion.integrators.base import Integrator
 from nrchain.motion.model import Model
@@ -50,9 +52,38 @@ def periodic():
     )
 
 
-def prepare(scene, name: str, tolerance: float, **options) -> tuple[ChartedChain, Integrator]:
-    """A chain at the start of its scene and an integrator ready to step."""
-    chain = ChartedChain(Model(scene))
+class Probe(OneBodyEffect):
+    """A twist in Python that counts how often it is asked for; ``twist(positions)`` is added.
+
+    ``slope`` (6, 6) is what it gives as its derivative.
+    """
+
+    gives = "twist"
+    placed = False
+
+    def __init__(self, scene, twist=lambda positions: 0.0, slope=0.0):
+        super().__init__(scene)
+        self.twist, self.slope, self.calls, self.derivatives = twist, slope, 0, 0
+
+    def add_twists(self, positions, frames, twists):
+        self.calls += 1
+        twists += self.twist(positions)
+
+    def derivative(self, positions, frames):
+        self.derivatives += 1
+        return np.zeros((len(positions), 6, 6)) + self.slope
+
+
+def prepare(
+    scene, name: str, tolerance: float, probe: Probe | None = None, **options
+) -> tuple[ChartedChain, Integrator]:
+    """A chain at the start of its scene and an integrator ready to step; ``probe`` acts too."""
+    model = Model(scene)
+    if probe:
+        model.further_effects += (probe,)
+        model._twist_effects.append(probe)
+        model.needs_places |= probe.placed
+    chain = ChartedChain(model)
     chain.rebase(0.0, *initial_poses(scene))
     atol = np.full(chain.dimension, tolerance)
     integrator = find_integrator(name)(chain, scene.run.end, tolerance, atol, **options)

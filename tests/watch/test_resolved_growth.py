@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from nrchain.motion.integrators import INTEGRATORS, find_integrator
-from nrchain.motion.integrators.radau_stages import RUNGE_KUTTA
+from nrchain.motion.integrators.radau_tableau import RUNGE_KUTTA
 from nrchain.watch.growing_modes import Growth
 from nrchain.watch.resolved_growth import LARGEST, SEEN, SHARE, SOLVED, Resolution
 

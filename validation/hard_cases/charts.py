@@ -95,17 +95,17 @@ class Leap(Integrator):
     growth_limit = 1.0
 
     def start(self, time: float, y: np.ndarray) -> None:
-        self._time = self._begin = time
+        self.begin = self.reached = time
 
     def step(self) -> float:
         self.steps += 1
-        self._begin, self._time = self._time, self._time + 0.01 * self.end
-        return self._time
+        self.begin, self.reached = self.reached, self.reached + 0.01 * self.end
+        return self.reached
 
     def at(self, time: float) -> np.ndarray:
         y = np.zeros(self.chain.dimension)
         if self.steps > FIRST_LEAP:
-            part = (time - self._begin) / (self._time - self._begin)
+            part = (time - self.begin) / (self.reached - self.begin)
             y[5::6] = 2.0 * np.tan(0.5 * part * (np.pi - SHY))
         return y
 

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nrchain.outcome import Cause
+from nrchain.types import Poses
 
 if TYPE_CHECKING:
     from nrchain.motion.charts import ChartedChain
+    from nrchain.motion.clearance import Clearance
 
 
 class IntegrationError(Exception):
@@ -56,6 +58,10 @@ class Integrator(ABC):
     growth_limit: float
     """h μ up to which a step h reproduces growth at rate μ of what is below the tolerance."""
 
+    begin: float
+    reached: float
+    """The times at which the last step began and ended."""
+
     def __init__(self, chain: ChartedChain, end: float, rtol: float, atol: np.ndarray) -> None:
         self.chain, self.end, self.rtol, self.atol = chain, end, rtol, atol
         self.steps = self.solves = 0
@@ -68,6 +74,20 @@ class Integrator(ABC):
     def step(self) -> float:
         """Take one step; return the time reached."""
 
+    def advance(self, until: float, most: int, clearance: Clearance, unwatched: int) -> int:
+        """Take at most ``most`` steps, up to the first that has to be looked at; how many.
+
+        These are the step that passes ``until``, the step after ``unwatched`` others, and any in
+        which spheres may touch or links have turned. By default, every step has to.
+        """
+        self.step()
+        return 1
+
     @abstractmethod
     def at(self, time: float) -> np.ndarray:
         """y at a time within the last step."""
+
+    def poses_at(self, time: float) -> Poses:
+        """Poses in the lab at a time within the last step, in arrays of their own."""
+        positions, frames = self.chain.poses(time, self.at(time))
+        return positions, frames.copy()

@@ -44,7 +44,7 @@ class Cvode(Integrator):
 
     def __init__(self, chain: ChartedChain, end: float, rtol: float, atol: np.ndarray) -> None:
         super().__init__(chain, end, rtol, atol)
-        self._reached, self._astray, self._jacobians = (0.0, np.empty(0)), False, 0
+        self._y, self._astray, self._jacobians = np.empty(0), False, 0
         self._is_direct, self._confirms = chain.is_banded, False
         self._solver = CVODE(
             self._rates,
@@ -69,7 +69,7 @@ class Cvode(Integrator):
         jacobian_is_new[0] = 1
         self._jacobians += 1
         if self._jacobians == ATTEMPTS:
-            begin = self._reached[0]
+            begin = self.reached
             raise IntegrationError(
                 f"a step from t = {begin:.6g} misses the tolerance at every length tried, down to"
                 f" {t - begin:.3g}"
@@ -93,7 +93,8 @@ class Cvode(Integrator):
             self.chain.product(vector, out)
 
     def start(self, time: float, y: np.ndarray) -> None:
-        self._reached, self._astray = (time, y.copy()), False
+        self.begin = self.reached = time
+        self._y, self._astray = y.copy(), False
         self._refuse_no_first_step(time, y)
         self._solver.init_step(time, y)
 
@@ -108,7 +109,7 @@ class Cvode(Integrator):
 
     def step(self) -> float:
         self._return_to_end()
-        begin, self._jacobians = self._reached[0], 0
+        begin, self._jacobians = self.reached, 0
         # the first step needs a distance to the end that is not rounding
         towards = max(self.end, begin + 1e3 * np.spacing(begin))
         result = self._solver.step(towards, method="onestep")
@@ -117,13 +118,12 @@ class Cvode(Integrator):
         if result.t - begin < LEAST_ADVANCE * np.spacing(begin):
             raise IntegrationError("steps have become too small to advance the time")
         self.steps += 1
-        self._reached = float(result.t), result.y
-        return self._reached[0]
+        self.begin, self.reached, self._y = begin, float(result.t), result.y
+        return self.reached
 
     def at(self, time: float) -> np.ndarray:
-        reached, y = self._reached
-        if time == reached:
-            return y
+        if time == self.reached:
+            return self._y
         self._astray = True
         result = self._solver.step(time, method="normal")
         if not result.success:
@@ -133,5 +133,5 @@ class Cvode(Integrator):
     def _return_to_end(self) -> None:
         """Return CVODE to the end of its step after an interpolation."""
         if self._astray:
-            self._solver.step(self._reached[0], method="normal")
+            self._solver.step(self.reached, method="normal")
             self._astray = False

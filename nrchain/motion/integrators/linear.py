@@ -69,11 +69,34 @@ class BandedJacobian:
         return solve
 
 
+def gmres_solution(
+    product: Solve, precondition: Solve, units: np.ndarray, scale: complex, right: np.ndarray
+) -> np.ndarray:
+    """(I − scale · J)⁻¹ right by GMRES, from products of J with real vectors.
+
+    Residuals are measured after preconditioning, as errors of the solution, in ``units`` of the
+    coordinates, of which only ratios have an effect.
+    """
+
+    def times(vector: np.ndarray) -> np.ndarray:
+        if np.iscomplexobj(vector):
+            return product(vector.real.copy()) + 1j * product(vector.imag.copy())
+        return product(vector)
+
+    def multiply(scaled: np.ndarray) -> np.ndarray:
+        change = units * scaled.ravel()
+        return precondition(change - scale * times(change)) / units
+
+    operator = LinearOperator((len(units), len(units)), matvec=multiply, dtype=type(scale))
+    target = precondition(right) / units
+    found, _ = gmres(operator, target, rtol=RESIDUAL, restart=KRYLOV_DIMENSION, maxiter=1)
+    return units * found
+
+
 class KrylovJacobian:
     """J of all pairs: its exact products, and the factors of its blocks near the diagonal.
 
-    Residuals are measured after preconditioning, as errors of the solution, in ``units``
-    (dimension,) of the coordinates, of which only ratios have an effect.
+    ``units`` (dimension,) are those of the coordinates.
     """
 
     def __init__(self, chain: ChartedChain, units: np.ndarray) -> None:
@@ -83,26 +106,11 @@ class KrylovJacobian:
         self._near.update(time, y)
 
     def shifted_inverse(self, scale: complex) -> Solve:
-        precondition, kind = self._near.shifted_inverse(scale), type(scale)
-        size, units = len(self._units), self._units
-
-        def multiply(scaled: np.ndarray) -> np.ndarray:
-            change = units * scaled.ravel()
-            return precondition(change - scale * self._product(change)) / units
-
-        operator = LinearOperator((size, size), matvec=multiply, dtype=kind)
-
-        def solve(right: np.ndarray) -> np.ndarray:
-            target = precondition(right) / units
-            found, _ = gmres(operator, target, rtol=RESIDUAL, restart=KRYLOV_DIMENSION, maxiter=1)
-            return units * found
-
-        return solve
+        precondition, units = self._near.shifted_inverse(scale), self._units
+        return lambda right: gmres_solution(self._product, precondition, units, scale, right)
 
     def _product(self, vector: np.ndarray) -> np.ndarray:
-        """J · vector, for real and complex vectors."""
-        if np.iscomplexobj(vector):
-            return self._product(vector.real.copy()) + 1j * self._product(vector.imag.copy())
+        """J · vector, for a real vector."""
         out = np.empty_like(vector)
         self._chain.product(vector, out)
         return out

@@ -86,6 +86,7 @@ class ScipyBdf(Integrator):
             self._solver = BDF(self._rates, time, y, np.inf, jac=matrix, **tolerances)
         # SciPy subtracts differences that it has not taken yet: whatever the memory held
         self._solver.D[2:] = 0.0
+        self.begin = self.reached = time
 
     def step(self) -> float:
         before = self._solver.nfev
@@ -99,7 +100,8 @@ class ScipyBdf(Integrator):
         if self._solver.status == "failed":
             raise IntegrationError(f"{message} (t = {self._solver.t:.6g})")
         self.steps += 1
-        return float(self._solver.t)
+        self.begin, self.reached = self.reached, float(self._solver.t)
+        return self.reached
 
     def at(self, time: float) -> np.ndarray:
         if time == self._solver.t:

@@ -1,0 +1,173 @@
+"""Kernels that call others by address: what steps a chain is compiled once, whatever moves it.
+
+A *term* adds one cause of motion to an array: machine code, or a Python function behind a callback.
+All terms have one signature,
+
+    status = f(context, positions, frames, out, width)
+
+with addresses of contiguous arrays: a table of the term's own (int64), positions (N, 3), frames
+(N, 3, 3), and the array it adds to, of wrenches or twists (N, 6) or of blocks
+(N, 2 width + 1, 6, 6). The status is 0, or nonzero after an exception in Python.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import types as python_types
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import carray, types
+from numba.extending import intrinsic
+
+from nrchain._compile import entry, inlined, rename
+
+SIGNATURE = types.int32(*5 * (types.intp,))
+_CALLBACK = ctypes.CFUNCTYPE(ctypes.c_int32, *5 * (ctypes.c_ssize_t,))
+
+
+def _call(
+    typing: Any, function: Any, context: Any, positions: Any, frames: Any, out: Any, width: Any
+) -> Any:
+    """The status of the term at the address ``function``."""
+
+    def generate(target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        word = arguments[0].type
+        kind = ir.FunctionType(ir.IntType(32), 5 * [word]).as_pointer()
+        return builder.call(builder.inttoptr(arguments[0], kind), arguments[1:])
+
+    return types.int32(*6 * (types.intp,)), generate
+
+
+call: Any = intrinsic(_call)
+"""``call(function, context, positions, frames, out, width)``: the status of a term."""
+
+
+def _pointer(element: Any, llvm: ir.Type) -> Any:
+    def pointer(typing: Any, address: Any) -> Any:
+        def generate(target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.inttoptr(arguments[0], llvm.as_pointer())
+
+        return types.CPointer(element)(types.intp), generate
+
+    return intrinsic(pointer)
+
+
+floats_at: Any = _pointer(types.float64, ir.DoubleType())
+"""A pointer to floats at an address, for :func:`numba.carray` in kernels."""
+
+integers_at: Any = _pointer(types.int64, ir.IntType(64))
+"""A pointer to integers at an address, for :func:`numba.carray` in kernels."""
+
+complex_at: Any = _pointer(
+    types.complex128, ir.LiteralStructType([ir.DoubleType(), ir.DoubleType()])
+)
+"""A pointer to complex numbers at an address, for :func:`numba.carray` in kernels."""
+
+ROW = 5
+"""Integers in a table for each array: its address and the lengths of up to four axes."""
+
+
+def table_of(arrays: Sequence[np.ndarray]) -> np.ndarray:
+    """(K, 5) addresses and shapes of contiguous arrays, by which compiled code finds them."""
+    table = np.zeros((len(arrays), ROW), np.int64)
+    for row, array in zip(table, arrays, strict=True):
+        if not array.flags.c_contiguous:
+            raise ValueError("compiled code needs contiguous arrays")
+        row[: 1 + array.ndim] = array.ctypes.data, *array.shape
+    return table
+
+
+@inlined
+def vector_in(table, k, pointer):
+    """Array k of a table, with one axis; ``pointer`` is :data:`floats_at` or another."""
+    return carray(pointer(table[k, 0]), table[k, 1])
+
+
+@inlined
+def matrix_in(table, k, pointer):
+    """Array k of a table, with two axes."""
+    return carray(pointer(table[k, 0]), (table[k, 1], table[k, 2]))
+
+
+@inlined
+def cube_in(table, k, pointer):
+    """Array k of a table, with three axes."""
+    return carray(pointer(table[k, 0]), (table[k, 1], table[k, 2], table[k, 3]))
+
+
+@inlined
+def blocks_in(table, k, pointer):
+    """Array k of a table, with four axes."""
+    return carray(pointer(table[k, 0]), (table[k, 1], table[k, 2], table[k, 3], table[k, 4]))
+
+
+@dataclass(frozen=True)
+class Term:
+    """One cause of motion by address: what adds it, what adds its blocks, and their table.
+
+    ``keeps`` holds whatever the addresses refer to.
+    """
+
+    add: int
+    add_blocks: int
+    context: np.ndarray
+    keeps: tuple[Any, ...] = ()
+
+
+def compile_term(function: Callable[..., int], **kernels: Any) -> Any:
+    """Compile the ``function`` of a term; it refers to ``kernels`` by the names given here.
+
+    Numba would not find a closure over a kernel in its cache again: kernels are globals.
+    """
+    return _compiled(function, tuple(kernels.items()))
+
+
+@cache
+def _compiled(function: Callable[..., int], kernels: tuple[tuple[str, Any], ...]) -> Any:
+    names = {**function.__globals__, **dict(kernels)}
+    bound = python_types.FunctionType(function.__code__, names, function.__name__)
+    bound.__qualname__, bound.__module__ = function.__qualname__, function.__module__
+    return entry(rename(bound, *(kernel.__name__ for _, kernel in kernels)), SIGNATURE)
+
+
+class Callback:
+    """Python code with the signature of a term: ``function(positions, frames, out, width)``.
+
+    It gets addresses, see :func:`array_at`, and returns a status, None for 0. An exception becomes
+    the status 1, which ends the compiled code that called it; :meth:`raise_error` raises it.
+    """
+
+    def __init__(self, function: Callable[[int, int, int, int], int | None]) -> None:
+        self._function = function
+        self._error: BaseException | None = None
+        self._entry = _CALLBACK(self._call)
+
+    @property
+    def address(self) -> int:
+        """Where compiled code calls it."""
+        return ctypes.cast(self._entry, ctypes.c_void_p).value or 0
+
+    def _call(self, context: int, positions: int, frames: int, out: int, width: int) -> int:
+        try:
+            return self._function(positions, frames, out, width) or 0
+        except BaseException as error:
+            self._error = error
+            return 1
+
+    def raise_error(self) -> None:
+        """Raise the exception of the last call that failed, once."""
+        error, self._error = self._error, None
+        if error is not None:
+            raise error
+
+
+def array_at(address: int, shape: tuple[int, ...], kind: Any = float) -> np.ndarray:
+    """The array of this shape, of floats or complex numbers, at an address."""
+    size = math.prod(shape) * np.dtype(kind).itemsize
+    return np.frombuffer((ctypes.c_char * size).from_address(address), kind).reshape(shape)

@@ -1,0 +1,207 @@
+"""(v, ω) = μ·(F, T) + Σ (u, w) by address: the terms of a model, for compiled code.
+
+Elasticity and slip are terms in machine code, and so is every effect that provides one. All others
+are called in Python. With friction between spheres the whole model is one term in Python.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from nrchain._addresses import (
+    Callback,
+    Term,
+    array_at,
+    call,
+    floats_at,
+    integers_at,
+    matrix_in,
+    vector_in,
+)
+from nrchain._compile import part
+from nrchain.effects.base import Effect
+from nrchain.motion.mobility import divide, divide_blocks
+from nrchain.motion.model import Model
+
+
+class Terms(NamedTuple):
+    """The terms of a model as tables of addresses, and what turns wrenches into twists.
+
+    Attributes
+    ----------
+    wrenches, twists
+        (K, 2) integers: what adds (F, T) or (v, ω), and its table.
+    wrench_blocks, twist_blocks
+        (K, 2): what adds their derivatives, and its table.
+    carrying_wrenches, carrying_twists
+        (K, 2): as the first, for slip, fields and flows alone.
+    drag
+        γ_T and γ_R.
+    held
+        (N,) integers, 1 for clamped spheres.
+    flags
+        (3,): whether a sphere is clamped, whether terms depend on places in the lab, and whether
+        frames are coupled.
+    """
+
+    wrenches: np.ndarray
+    twists: np.ndarray
+    wrench_blocks: np.ndarray
+    twist_blocks: np.ndarray
+    carrying_wrenches: np.ndarray
+    carrying_twists: np.ndarray
+    drag: np.ndarray
+    held: np.ndarray
+    flags: np.ndarray
+
+
+# Places of these tables among the arrays of a chain, after those of its chart.
+WRENCHES, TWISTS, WRENCH_BLOCKS, TWIST_BLOCKS, CARRYING_WRENCHES, CARRYING_TWISTS = range(13, 19)
+DRAG, HELD, FLAGS = range(19, 22)
+
+
+@part
+def _call_all(t, which, positions, frames, out, width):
+    """Call every term of a table; returns the first status that is not 0."""
+    terms = matrix_in(t, which, integers_at)
+    for k in range(terms.shape[0]):
+        status = call(terms[k, 0], terms[k, 1], positions, frames, out, width)
+        if status:
+            return status
+    return 0
+
+
+@part
+def _fill(t, wrenches, twists, positions, frames, out):
+    """out (N, 6) = the sum of the terms of two tables, wrenches over drag; returns a status."""
+    out[:] = 0.0
+    if t[wrenches, 1]:
+        status = _call_all(t, wrenches, positions, frames, out.ctypes.data, -1)
+        if status:
+            return status
+        drag = vector_in(t, DRAG, floats_at)
+        divide(out, drag[0], drag[1])
+    return _call_all(t, twists, positions, frames, out.ctypes.data, -1)
+
+
+@part
+def set_twists(t, positions, frames, twists):
+    """twists (N, 6) = (v, ω) at poses at these addresses, 0 for clamped spheres; returns a status.
+
+    ``t`` is the table of a chain; see :mod:`nrchain.motion.moving_chart`.
+    """
+    status = _fill(t, WRENCHES, TWISTS, positions, frames, twists)
+    if vector_in(t, FLAGS, integers_at)[0]:
+        held = vector_in(t, HELD, integers_at)
+        for i in range(twists.shape[0]):
+            if held[i]:
+                twists[i] = 0.0
+    return status
+
+
+@part
+def set_carrying_twists(t, positions, frames, twists):
+    """twists (N, 6) = (v, ω) of slip, fields and flows alone; returns a status."""
+    return _fill(t, CARRYING_WRENCHES, CARRYING_TWISTS, positions, frames, twists)
+
+
+@part
+def set_blocks(t, positions, frames, blocks):
+    """blocks (N, 2w + 1, 6, 6) = ∂(v, ω)_i/∂(u, φ)_{i+m−w}; returns a status."""
+    blocks[:] = 0.0
+    width = blocks.shape[1] // 2
+    if t[WRENCH_BLOCKS, 1]:
+        status = _call_all(t, WRENCH_BLOCKS, positions, frames, blocks.ctypes.data, width)
+        if status:
+            return status
+        drag = vector_in(t, DRAG, floats_at)
+        divide_blocks(blocks, drag[0], drag[1])
+    return _call_all(t, TWIST_BLOCKS, positions, frames, blocks.ctypes.data, width)
+
+
+class ModelTerms:
+    """The :class:`Terms` of a model, with all that their addresses refer to."""
+
+    def __init__(self, model: Model) -> None:
+        self._callbacks: list[Callback] = []
+        self._count = model.count
+        wrenches, twists, carrying = self._whole(model) if model.friction else self._each(model)
+        blocks: Carrying = wrenches, twists
+        if not model.is_banded:
+            # products with the derivative need all of it to be taken at one place
+            blocks = [], [self._in_python(model.twists, model.linearise)]
+        self._kept = *wrenches, *twists, *blocks[1], *carrying[1]
+        self.tables = Terms(
+            wrenches=_table((term.add, term) for term in wrenches),
+            twists=_table((term.add, term) for term in twists),
+            wrench_blocks=_table((term.add_blocks, term) for term in blocks[0]),
+            twist_blocks=_table((term.add_blocks, term) for term in blocks[1]),
+            carrying_wrenches=_table((term.add, term) for term in carrying[0]),
+            carrying_twists=_table((term.add, term) for term in carrying[1]),
+            drag=np.array(model.drag),
+            held=model.held.astype(np.int64),
+            flags=np.array([model.held.any(), model.needs_places, model.ties_frames], np.int64),
+        )
+
+    def raise_error(self) -> None:
+        """Raise the exception of the Python term that failed last."""
+        for callback in self._callbacks:
+            callback.raise_error()
+
+    def _whole(self, model: Model) -> tuple[list[Term], list[Term], Carrying]:
+        def add_carrying(positions: np.ndarray, frames: np.ndarray, twists: np.ndarray) -> None:
+            twists += model.carrying_twists(positions, frames)
+
+        whole = self._in_python(model.twists, model.linearise)
+        return [], [whole], ([], [self._in_python(add_carrying, model.linearise)])
+
+    def _each(self, model: Model) -> tuple[list[Term], list[Term], Carrying]:
+        wrenches, twists = list[Term](), list[Term]()
+        carrying: Carrying = [], []
+        if model.elasticity:
+            wrenches.append(model.elasticity.term(model.count))
+        if model.slip:
+            term = model.slip.term()
+            twists.append(term or self._in_python(model.slip.add_twists, model.linearise_slip))
+            carrying[1].append(twists[0])
+        for effect in model.further_effects:
+            wrench = effect.gives == "wrench"
+            term = effect.term() or self._of_effect(effect, wrench)
+            (wrenches if wrench else twists).append(term)
+            if effect.carries:
+                carrying[0 if wrench else 1].append(term)
+        return wrenches, twists, carrying
+
+    def _of_effect(self, effect: Effect, wrench: bool) -> Term:
+        def add_blocks(positions: np.ndarray, frames: np.ndarray, blocks: np.ndarray) -> None:
+            effect.linearise(positions, frames)
+            effect.add_blocks(blocks)
+
+        return self._in_python(effect.add_wrenches if wrench else effect.add_twists, add_blocks)
+
+    def _in_python(self, add: Callable[..., object], add_blocks: Callable[..., object]) -> Term:
+        count = self._count
+
+        def adding(function: Callable[..., object]) -> Callback:
+            def add_at(positions: int, frames: int, out: int, width: int) -> None:
+                shape = (count, 6) if width < 0 else (count, 2 * width + 1, 6, 6)
+                places, axes = array_at(positions, (count, 3)), array_at(frames, (count, 3, 3))
+                function(places, axes, array_at(out, shape))
+
+            return Callback(add_at)
+
+        callbacks = adding(add), adding(add_blocks)
+        self._callbacks += callbacks
+        first, second = (callback.address for callback in callbacks)
+        return Term(first, second, np.zeros(1, np.int64), callbacks)
+
+
+Carrying = tuple[list[Term], list[Term]]
+"""Terms of wrenches, and of twists, that may carry the chain as a whole."""
+
+
+def _table(rows: Iterable[tuple[int, Term]]) -> np.ndarray:
+    return np.array([(a, t.context.ctypes.data) for a, t in rows], np.int64).reshape(-1, 2)

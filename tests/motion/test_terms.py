@@ -1,0 +1,113 @@
+"""The terms of a model by address: the twists and blocks of the model, and errors in Python."""
+
+import numpy as np
+import pytest
+from support.configurations import each
+from support.stepping import Probe, prepare, small, tumbling
+
+from nrchain._addresses import Callback, table_of
+from nrchain._compile import kernel
+from nrchain.motion.model import Model
+from nrchain.motion.moving_chart import empty_chart
+from nrchain.motion.terms import ModelTerms, set_blocks, set_carrying_twists, set_twists
+
+
+@kernel
+def evaluate(table, positions, frames, twists, carrying, blocks):
+    """Statuses of all that terms fill."""
+    at = positions.ctypes.data, frames.ctypes.data
+    return (
+        set_twists(table, at[0], at[1], twists),
+        set_carrying_twists(table, at[0], at[1], carrying),
+        set_blocks(table, at[0], at[1], blocks),
+    )
+
+
+@each(lambda c: True)
+def test_terms_are_the_model(configuration):
+    """Twists, those that carry the chain, and blocks, of every configuration."""
+    scene = configuration.scene()
+    model, terms = Model(scene), ModelTerms(Model(scene))
+    positions, frames = configuration.poses()
+    count, width = configuration.count, 2 * model.reach + 1
+    (twists, carrying), blocks = np.ones((2, count, 6)), np.ones((2, count, width, 6, 6))
+    table = table_of((*empty_chart(count), *terms.tables))
+    assert evaluate(table, positions.copy(), frames.copy(), twists, carrying, blocks[0]) == (
+        0,
+        0,
+        0,
+    )
+    model.linearise(positions, frames, blocks[1])
+    for found, expected in (
+        (twists, model.twists(positions, frames)),
+        (carrying, model.carrying_twists(positions, frames)),
+        (blocks[0], blocks[1]),
+    ):
+        scale = np.abs(expected).max()
+        assert found == pytest.approx(expected, rel=0, abs=1e-12 * scale)
+
+
+def test_an_error_of_a_term_in_python_reaches_the_caller():
+    scene = tumbling()
+
+    def broken(positions):
+        if probe.calls > 20:
+            raise LookupError("no field here")
+        return 0.0
+
+    probe = Probe(scene, broken)
+    _, integrator = prepare(scene, "radau", 1e-6, probe)
+
+    def go_on():
+        for _ in range(100):
+            integrator.step()
+
+    with pytest.raises(LookupError, match="no field here"):
+        go_on()
+    probe.twist = lambda positions: 0.0
+    reached = integrator.reached
+    assert reached > 0.0
+    assert integrator.step() > reached
+
+
+def test_an_error_is_raised_once():
+    callback = Callback(lambda *addresses: 1 / 0)
+    assert callback._entry(0, 0, 0, 0, 0) == 1
+    with pytest.raises(ZeroDivisionError):
+        callback.raise_error()
+    callback.raise_error()
+
+
+def test_tables_need_contiguous_arrays():
+    with pytest.raises(ValueError, match="contiguous"):
+        table_of([np.zeros((4, 4))[:, 1]])
+    array = np.zeros((2, 3, 4))
+    assert table_of([array])[0].tolist() == [array.ctypes.data, 2, 3, 4, 0]
+
+
+@pytest.mark.parametrize("name", ["buckling", "wave"])
+def test_many_steps_at_once_are_the_same_steps(name):
+    """Bits do not depend on how many steps compiled code takes in one go."""
+    ends = []
+    for most in (1, 7, 40):
+        _, integrator = prepare(small(name, 6, 400.0), "radau", 1e-6)
+        clearance, taken = integrator._equation._clearance, 0
+        while taken < 40:
+            taken += integrator.advance(np.inf, min(most, 40 - taken), clearance, 1000)
+        assert taken == integrator.steps == 40
+        ends.append(integrator.poses_at(integrator.reached))
+    for positions, frames in ends[1:]:
+        assert np.array_equal(positions, ends[0][0])
+        assert np.array_equal(frames, ends[0][1])
+
+
+def test_steps_end_where_they_have_to_be_looked_at():
+    """At a time, after a number of unwatched steps, or where spheres may touch."""
+    _, integrator = prepare(small("buckling", 6, 400.0), "radau", 1e-6)
+    clear = integrator._equation._clearance
+    assert integrator.advance(np.inf, 100, clear, 4) == 5
+    before = integrator.reached
+    integrator.advance(2.0 * before, 100, clear, 1000)
+    assert integrator.begin < 2.0 * before <= integrator.reached
+    near = clear._replace(limits=np.array([1e3, 0.0, 0.0]))
+    assert integrator.advance(np.inf, 100, near, 1000) == 1
