@@ -208,7 +208,8 @@ def test_compilation_on_a_busy_processor_changes_the_cost_by_a_bounded_factor():
 
         with fake_processor(Processor(busy)) as processor:
             cost = cost_of(nrchain.simulate(SCENE))
-        assert len(met) == len(PRICES)
+        # near neighbours are solved directly: no products
+        assert met == {PRICES[name] for name in PRICES if name != "product"}
         assert processor.now > 3600.0
         assert 0.8 * processor.truth <= cost.seconds <= BUSY * processor.truth
 

@@ -142,8 +142,8 @@ def _rates(t, source, target):
 
 @part
 def _linearise(t, source, target):
-    """Take J at (TIME, source)."""
-    time = vector_in(t, NUMBERS_AT, floats_at)[TIME]
+    """Take J at (AT, source)."""
+    time = vector_in(t, NUMBERS_AT, floats_at)[AT]
     blocks = blocks_in(t, BLOCKS, floats_at)
     return linearise(t, time, _vector(t, source), blocks)
 

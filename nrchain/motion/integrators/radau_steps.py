@@ -60,7 +60,7 @@ BEYOND = cubics(PAST_NODES)
 ADVANCED, FAILED_CALL, NOT_FINITE, ERROR_STAYS, DIVERGES, NO_STEP, SINGULAR = range(7)
 
 # The functions of an equation, f(context, from, to, 0, place) with addresses of vectors: f at time
-# AT; J at (TIME, 0); its product; I − STEP J/λ for both λ; solutions in place, real and complex;
+# AT; J at that time; its product; I − STEP J/λ for both λ; solutions in place, real and complex;
 # new coordinates about Y; ROOM of a vector; whether the step may be left unseen (status 0); poses
 # at AT.
 RATES, LINEARISE, PRODUCT, FACTORISE, SOLVE_REAL, SOLVE_PAIR, RENEW, TURN, LOOK, POSES = range(10)
@@ -322,6 +322,7 @@ def _take_step(functions, numbers, counts, vectors, pair):
         if not counts[LINEARISED]:
             counts[JACOBIANS] += 1
             counts[LINEARISED], counts[FRESH], counts[FACTORISED] = 1, 1, 0
+            numbers[AT] = numbers[TIME]
             if _call(functions, LINEARISE, vectors, STILL, 0):
                 return FAILED_CALL
             if step == 0.0:
