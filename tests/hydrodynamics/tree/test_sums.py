@@ -70,6 +70,7 @@ def test_slip_is_as_accurate_as_asked(shape, relative):
     assert error(twists_of(by_tree, positions, frames), exact) < relative
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("label", LABELS)
 def test_each_mode_is_as_accurate_as_asked(label):
     positions, frames = long_chain("walk", COUNT)
@@ -201,6 +202,7 @@ def test_one_sphere_moves_the_last():
         assert twists[-1, 5] == pytest.approx(-1 / (8 * np.pi * distance**2), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_results_do_not_depend_on_the_number_of_threads():
     if numba.config.NUMBA_NUM_THREADS < 2:
         pytest.skip("one thread only")
