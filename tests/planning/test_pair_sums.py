@@ -65,6 +65,7 @@ def test_the_accuracy_follows_the_tolerance_of_the_run():
     assert nrchain.load_scene(scene, **{"slip.accuracy": "direct"}).pair_accuracy == 0.0
 
 
+@pytest.mark.slow
 def test_measured_errors_are_those_against_direct_sums():
     scene = nrchain.load_scene(LONG)
     positions, frames = long_chain("walk", COUNT)
@@ -86,6 +87,7 @@ def test_a_plan_tells_the_measured_error():
     assert "0.0001 is allowed" in line.meaning
 
 
+@pytest.mark.slow
 def test_the_disturbance_of_a_flow_is_measured_too():
     scene = nrchain.load_scene(
         LONG,
