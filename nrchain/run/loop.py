@@ -104,7 +104,8 @@ class Loop:
             finally:
                 stopwatch.lap(self.chain.evaluations)
             if not self.recording.is_complete:
-                self._restart_if_due(turned > TURN_LIMIT or self.chain.has_outrun_base(y))
+                left = turned > TURN_LIMIT or self.chain.has_outrun_base(y)
+                self._restart_if_due(left and not self.integrator.renews_chart)
 
     def _advance(self) -> None:
         """Take steps up to the first that has to be looked at; ``time`` is then its beginning."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -57,6 +57,9 @@ class Integrator(ABC):
 
     growth_limit: float
     """h μ up to which a step h reproduces growth at rate μ of what is below the tolerance."""
+
+    renews_chart: ClassVar[bool] = False
+    """Whether every step starts in a chart of its own, which no run has to renew."""
 
     begin: float
     reached: float

@@ -46,6 +46,7 @@ class Radau(Integrator):
     order = 5
     # R(2) = 7.5 and exp(2) = 7.39: beyond, R departs from exp, up to its pole at 3.64
     growth_limit = 2.0
+    renews_chart = True
 
     def __init__(
         self,
