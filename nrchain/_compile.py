@@ -46,7 +46,7 @@ def kernel(
 def part(function: Callable[..., Any]) -> Any:
     """A kernel that only kernels call: without the code that takes arguments from Python."""
     options: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, **_OPTIONS}
-    return numba.njit(**options)(function)
+    return numba.njit(**options)(rename(function, sources()))
 
 
 def inlined(function: Callable[..., Any]) -> Any:
@@ -120,11 +120,15 @@ def temporary_folder() -> Path | None:
 
 @cache
 def sources() -> str:
-    """A hash of the modules of this package that have kernels."""
+    """A hash of all modules that stand in a folder with kernels.
+
+    Kernels compile in the constants of modules beside them, which need not have kernels.
+    """
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.rglob("*.py")):
-        text = path.read_bytes()
-        if b"_compile" in text or b"_addresses" in text:
+    texts = {path: path.read_bytes() for path in sorted(Path(__file__).parent.rglob("*.py"))}
+    folders = {path.parent for path, text in texts.items() if b"_compile" in text}
+    for path, text in texts.items():
+        if path.parent in folders:
             digest.update(path.name.encode() + b"\0" + text)
     return digest.hexdigest()
 

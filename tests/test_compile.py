@@ -39,6 +39,18 @@ def test_a_kernel_is_compiled_again_when_one_it_calls_has_changed(tmp_path):
     assert run(3.0) == ["3.0", "0"]
 
 
+def test_the_name_of_a_kernel_depends_on_the_constants_beside_it(tmp_path, monkeypatch):
+    """A table that a kernel compiles in stands in a module of its own, without kernels."""
+    monkeypatch.setattr(compiled, "__file__", str(tmp_path / "_compile.py"))
+    (tmp_path / "deep").mkdir()
+    (tmp_path / "deep" / "called.py").write_text(CALLED.format(factor=2.0))
+    names = set()
+    for value in (1.0, 2.0):
+        (tmp_path / "deep" / "constants.py").write_text(f"NODE = {value}")
+        names.add(compiled.sources.__wrapped__())
+    assert len(names) == 2
+
+
 def test_the_name_of_a_kernel_depends_on_every_module_with_kernels(tmp_path, monkeypatch):
     monkeypatch.setattr(compiled, "__file__", str(tmp_path / "_compile.py"))
     (tmp_path / "deep").mkdir()

@@ -16,8 +16,8 @@ from nrchain.geometry import lie
 TURN_LIMIT = 2.0
 """|θ| = 2 tan(α/2) at which a run changes to a new chart: a quarter turn."""
 
-QUARTER_TURN = math.atan(0.5 * TURN_LIMIT)
-"""Half of it, as an angle."""
+HALF_LIMIT = math.atan(0.5 * TURN_LIMIT)
+"""α/2 at that limit."""
 
 SMALLEST_TURN = float(np.finfo(float).eps)
 
@@ -108,4 +108,4 @@ def largest_turn(y):
 def room_to_turn(y):
     """A quarter turn over the largest rotation of a sphere in y; large where nothing turns."""
     turn = math.atan(0.5 * largest_turn(y))
-    return QUARTER_TURN / max(turn, SMALLEST_TURN)
+    return HALF_LIMIT / max(turn, SMALLEST_TURN)

@@ -41,8 +41,7 @@ class ChartedChain:
     ``rates`` is f, ``linearise`` takes its Jacobian at a point and ``product`` applies it.
     ``factorise`` and ``solve`` invert I − cJ with the part of J near the diagonal. ``evaluations``
     and ``jacobians`` count the calls of ``rates`` and ``linearise``. ``is_banded`` says whether
-    that part is all of J. ``chart`` holds the base,
-    for compiled code that moves it.
+    that part is all of J. ``chart`` holds the base, for compiled code that moves it.
     """
 
     def __init__(self, model: Model) -> None:
