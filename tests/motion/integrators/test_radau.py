@@ -71,7 +71,8 @@ def test_every_step_has_its_chart_and_stays_well_inside():
         began, reached = reached, integrator.step()
         assert chain.time == began
         assert chain.base_positions == pytest.approx(before[0], abs=1e-13)
-        assert chain.base_frames == pytest.approx(before[1], abs=1e-15)
+        # two kernels compute the same frames, each with its own rounding
+        assert chain.base_frames == pytest.approx(before[1], abs=1e-14)
         y = integrator.at(reached)
         assert 0.0 < chain.largest_turn(y) <= TURN_LIMIT
 
