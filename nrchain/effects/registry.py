@@ -141,10 +141,15 @@ def _files() -> tuple[str, ...]:
     return tuple(m.name for m in pkgutil.iter_modules(nrchain.effects.__path__) if not m.ispkg)
 
 
-def effects() -> tuple[type[Effect], ...]:
-    """All effects, those of the package first."""
+@cache
+def _import_all() -> None:
     for name in _files():
         importlib.import_module(f"nrchain.effects.{name}")
+
+
+def effects() -> tuple[type[Effect], ...]:
+    """All effects, those of the package first."""
+    _import_all()
 
     def place(cls: type[Effect]) -> tuple[int, str]:
         package, _, file = cls.__module__.rpartition(".")

@@ -17,7 +17,7 @@ import numpy as np
 from nrchain.errors import TrajectoryError
 from nrchain.motion.chart_poses import TURN_LIMIT
 from nrchain.motion.charts import ChartedChain
-from nrchain.motion.integrators.base import IntegrationError, Integrator
+from nrchain.motion.integrators.base import IntegrationError, Integrator, Samples
 from nrchain.outcome import Cause, Stop
 from nrchain.run.budget import Budget, Pace
 from nrchain.run.counters import Counters
@@ -30,6 +30,9 @@ RESTART_STEPS = 2000
 
 STALLED = 1e-9
 """A run that advances by less than this part of its time in :data:`RESTART_STEPS` steps fails."""
+
+SAMPLE_BYTES = 2**22
+"""Room for poses that are sampled between two looks at a run."""
 
 CHART_LIMIT = 2e3
 """|θ| = 2 tan(α/2) above which a chart is not to be trusted: 1e-3 rad from a half turn."""
@@ -54,6 +57,9 @@ class Loop:
         self.time, self.poses = time, poses
         self._restarted, self._fresh_steps = time, 0
         self._pace = Pace()
+        count = len(poses[0])
+        room = max(SAMPLE_BYTES // (96 * count), 1)
+        self._samples = Samples(min(room, len(recording.times)), count)
 
     def run(self) -> Stop | None:
         """Integrate to the end; return why the run stops, if it stops before."""
@@ -112,19 +118,29 @@ class Loop:
         integrator, before = self.integrator, self.integrator.steps
         left = self.budget.steps_left(self.counters.steps)
         most = min(RESTART_STEPS - self._fresh_steps, self._pace.steps, left)
-        began = clock.perf_counter()
+        began, samples = clock.perf_counter(), self._samples
+        samples.want(self.recording.upcoming)
         try:
-            integrator.advance(
-                self.recording.next_due, most, self.watches.clearance, self.watches.unwatched
-            )
+            integrator.advance(samples, most, self.watches.clearance, self.watches.unwatched)
         except Exception:
+            self._record()
             self._pass(integrator.reached, integrator.steps - before)
             raise
+        self._record()
         taken = integrator.steps - before
         self._pace.measure(taken, clock.perf_counter() - began)
         self._fresh_steps += 1
         if taken > 1:
             self._pass(integrator.begin, taken - 1)
+
+    def _record(self) -> None:
+        """Record what was sampled in steps that need no look."""
+        samples = self._samples
+        earlier = int(self.counters.steps) - self.integrator.steps
+        for k in range(samples.taken):
+            time, steps = float(samples.times[k]), earlier + int(samples.steps[k])
+            self.recording.write(time, (samples.positions[k], samples.frames[k]), steps)
+            self.watches.check_snapshot(time, (samples.positions[k], samples.frames[k]))
 
     def _pass(self, time: float, steps: int) -> None:
         """Note that so many steps led to ``time``, none of which has to be looked at."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,9 +65,9 @@ class Recording:
         return float(self.times[-1])
 
     @property
-    def next_due(self) -> float:
-        """The time of the next snapshot."""
-        return float(self.times[min(self.snapshot, len(self.times) - 1)])
+    def upcoming(self) -> np.ndarray:
+        """The times of snapshots not yet written."""
+        return self.times[self.snapshot :]
 
     @property
     def is_complete(self) -> bool:
@@ -78,10 +79,13 @@ class Recording:
         while not self.is_complete and self.times[self.snapshot] <= until:
             yield float(self.times[self.snapshot])
 
-    def write(self, time: float, poses: Poses) -> None:
-        """Record the poses at ``time`` as the next snapshot."""
-        with self._counters.stopwatch.paused():
-            self._recorder.write(self.snapshot, time, *poses, int(self._counters.steps))
+    def write(self, time: float, poses: Poses, steps: int | None = None) -> None:
+        """Record the poses at ``time`` as the next snapshot, after all steps or after ``steps``."""
+        after = int(self._counters.steps) if steps is None else steps
+        # a copy in memory takes less time than two looks at the clock
+        is_short = not (self._recorder.outlives_run or self._progress)
+        with nullcontext() if is_short else self._counters.stopwatch.paused():
+            self._recorder.write(self.snapshot, time, *poses, after)
             if self._recorder.outlives_run:
                 self.write_counters()
             self.snapshot += 1

@@ -23,6 +23,14 @@ class FixedTable(Mapping[str, Entry]):
             raise unknown_name(name, self._entries)
         return self._entries[name]
 
+    def __contains__(self, name: object) -> bool:
+        # without the error of a missing name, which looks for similar ones
+        return name in self._entries
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """The entry of this name, or ``default``."""
+        return self._entries.get(name, default)
+
     def __iter__(self) -> Iterator[str]:
         return iter(self._entries)
 

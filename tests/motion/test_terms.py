@@ -7,6 +7,7 @@ from support.stepping import Probe, prepare, small, tumbling
 
 from nrchain._addresses import Callback, table_of
 from nrchain._compile import kernel
+from nrchain.motion.integrators.base import Samples
 from nrchain.motion.model import Model
 from nrchain.motion.moving_chart import empty_chart
 from nrchain.motion.terms import ModelTerms, set_blocks, set_carrying_twists, set_twists
@@ -99,7 +100,8 @@ def test_many_steps_at_once_are_the_same_steps(name):
         _, integrator = prepare(small(name, 6, 400.0), "radau", 1e-6)
         clearance, taken = integrator._equation._clearance, 0
         while taken < 40:
-            taken += integrator.advance(np.inf, min(most, 40 - taken), clearance, 1000)
+            samples = wanting(np.inf)
+            taken += integrator.advance(samples, min(most, 40 - taken), clearance, 1000)
         assert taken == integrator.steps == 40
         ends.append(integrator.poses_at(integrator.reached))
     for positions, frames in ends[1:]:
@@ -111,9 +113,34 @@ def test_steps_end_where_they_have_to_be_looked_at():
     """At a time, after a number of unwatched steps, or where spheres may touch."""
     _, integrator = prepare(small("buckling", 6, 400.0), "radau", 1e-6)
     clear = integrator._equation._clearance
-    assert integrator.advance(np.inf, 100, clear, 4) == 5
+    assert integrator.advance(wanting(np.inf), 100, clear, 4) == 5
     before = integrator.reached
-    integrator.advance(2.0 * before, 100, clear, 1000)
+    integrator.advance(wanting(2.0 * before), 100, clear, 1000)
     assert integrator.begin < 2.0 * before <= integrator.reached
     near = clear._replace(limits=np.array([1e3, 0.0, 0.0]))
-    assert integrator.advance(np.inf, 100, near, 1000) == 1
+    assert integrator.advance(wanting(np.inf), 100, near, 1000) == 1
+
+
+def test_samples_are_the_poses_of_single_steps():
+    """Steps that run on sample what single steps give at these times, up to the step to be seen."""
+    _, probe = prepare(small("wave", 6, 400.0), "radau", 1e-6)
+    _, alone = prepare(small("wave", 6, 400.0), "radau", 1e-6)
+    _, integrator = prepare(small("wave", 6, 400.0), "radau", 1e-6)
+    ends = [probe.step() for _ in range(30)]
+    times = np.linspace(0.0, ends[-1], 41)[1:]
+    samples = wanting(*times)
+    assert integrator.advance(samples, 30, integrator._equation._clearance, 1000) == 30
+    assert samples.taken == np.count_nonzero(times <= ends[-2]) > 5
+    for k in range(samples.taken):
+        while alone.reached < times[k]:
+            alone.step()
+        positions, frames = alone.poses_at(times[k])
+        assert samples.steps[k] == alone.steps
+        assert np.array_equal(samples.positions[k], positions)
+        assert np.array_equal(samples.frames[k], frames)
+
+
+def wanting(*times):
+    samples = Samples(len(times), 6)
+    samples.want(np.array(times))
+    return samples

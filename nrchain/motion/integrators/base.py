@@ -30,6 +30,29 @@ class NotFinite(IntegrationError):
         super().__init__(message)
 
 
+class Samples:
+    """Poses of N = ``count`` spheres at up to ``most`` times, taken while steps pass them.
+
+    Attributes
+    ----------
+    times
+        (T,) at which poses are wanted, in order.
+    taken
+        How many of them are filled in.
+    positions, frames, steps
+        (T, N, 3), (T, N, 3, 3), and (T,) the steps of the integrator up to each.
+    """
+
+    def __init__(self, most: int, count: int) -> None:
+        self.times, self.taken = np.empty(0), 0
+        self.positions, self.frames = np.empty((most, count, 3)), np.empty((most, count, 3, 3))
+        self.steps = np.empty(most, np.int64)
+
+    def want(self, times: np.ndarray) -> None:
+        """Ask for poses at the first of these times, as many as there is room for."""
+        self.times, self.taken = np.ascontiguousarray(times[: len(self.steps)]), 0
+
+
 class Integrator(ABC):
     """ẏ = f(t, y): one step after another in the coordinates of a chain.
 
@@ -77,11 +100,12 @@ class Integrator(ABC):
     def step(self) -> float:
         """Take one step; return the time reached."""
 
-    def advance(self, until: float, most: int, clearance: Clearance, unwatched: int) -> int:
+    def advance(self, samples: Samples, most: int, clearance: Clearance, unwatched: int) -> int:
         """Take at most ``most`` steps, up to the first that has to be looked at; how many.
 
-        These are the step that passes ``until``, the step after ``unwatched`` others, and any in
-        which spheres may touch or links have turned. By default, every step has to.
+        These are the step after ``unwatched`` others, any in which spheres may touch or links have
+        turned, and the one that passes the last time of ``samples``. The poses at these times are
+        sampled in all steps before it. By default, every step has to be looked at.
         """
         self.step()
         return 1

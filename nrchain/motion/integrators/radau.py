@@ -21,7 +21,7 @@ import numpy as np
 from nrchain.motion.charts import ChartedChain
 from nrchain.motion.clearance import Clearance
 from nrchain.motion.integrators import radau_steps as steps
-from nrchain.motion.integrators.base import IntegrationError, Integrator, NotFinite
+from nrchain.motion.integrators.base import IntegrationError, Integrator, NotFinite, Samples
 from nrchain.motion.integrators.chain_equation import ChainEquation
 from nrchain.motion.integrators.stage_solver import KrylovSolver
 from nrchain.types import Poses
@@ -72,15 +72,19 @@ class Radau(Integrator):
         self.begin = self.reached = time
 
     def step(self) -> float:
-        self._advance(np.inf, 1, 0)
+        self._advance(Samples(0, 0), 1, 0)
         return self.reached
 
-    def advance(self, until: float, most: int, clearance: Clearance, unwatched: int) -> int:
+    def advance(self, samples: Samples, most: int, clearance: Clearance, unwatched: int) -> int:
         self._equation.watch(clearance)
-        return self._advance(until, most, unwatched)
+        return self._advance(samples, most, unwatched)
 
-    def _advance(self, until: float, most: int, unwatched: int) -> int:
-        status, taken = steps.advance(*self._state, self._equation.pair, until, most, unwatched)
+    def _advance(self, samples: Samples, most: int, unwatched: int) -> int:
+        to = samples.positions.ctypes.data, samples.frames.ctypes.data
+        status, taken = steps.advance(
+            *self._state, self._equation.pair, most, unwatched, samples.times, samples.steps, *to
+        )
+        samples.taken = int(self._equation.counts[steps.SAMPLED])
         self._count()
         if status != steps.ADVANCED:
             self._raise(status)

@@ -73,7 +73,7 @@ RTOL, END, FIXED, COMPONENTS = range(11, 15)
 NUMBERS = 15
 
 STEPS, EVALUATIONS, JACOBIANS, SOLVES, LINEARISED, FACTORISED, FRESH, STAGED, PREDICTED = range(9)
-COUNTS = 9
+SAMPLED, COUNTS = 9, 10
 
 # Vectors: three stages Z_i, f(Z_i), the change of Z, and the last step in the present coordinates;
 # f(t_n, 0), zero, the coordinates reached, the error of a step, ``atol`` and a right-hand side.
@@ -360,21 +360,34 @@ def _take_step(functions, numbers, counts, vectors, pair):
 
 
 @kernel(nogil=True)
-def advance(functions, numbers, counts, vectors, pair, until, most, unwatched):
+def advance(
+    functions, numbers, counts, vectors, pair, most, unwatched, times, steps, positions, frames
+):
     """Steps up to the first that has to be looked at; returns a status and their number.
 
-    These are the step that passes ``until``, the step after ``unwatched`` others, the last of
-    ``most``, and any that LOOK does not pass.
+    These are the step after ``unwatched`` others, the last of ``most``, any that LOOK does not
+    pass, and the one that passes the last of ``times`` (T,). Of all others the poses at ``times``
+    are sampled, to arrays at the addresses ``positions`` and ``frames``, with the ``steps`` (T,)
+    taken by then; counts[SAMPLED] is their number.
     """
-    taken = 0
+    taken, sampled, sphere = 0, 0, 8 * (vectors.shape[1] // 6)
+    counts[SAMPLED] = 0
     while taken < most:
         status = _take_step(functions, numbers, counts, vectors, pair)
         if status != ADVANCED:
             return status, taken
         taken += 1
-        if taken > unwatched or numbers[TIME] >= until:
+        if taken > unwatched or taken == most:
             break
         if call(functions[LOOK], functions[CONTEXT], 0, 0, 0, LOOK):
+            break
+        while sampled < times.shape[0] and times[sampled] <= numbers[TIME]:
+            numbers[AT], steps[sampled] = times[sampled], counts[STEPS]
+            to = positions + 3 * sphere * sampled, frames + 9 * sphere * sampled
+            call(functions[POSES], functions[CONTEXT], to[0], to[1], 0, POSES)
+            sampled += 1
+            counts[SAMPLED] = sampled
+        if sampled == times.shape[0]:
             break
     return ADVANCED, taken
 
