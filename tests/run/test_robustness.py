@@ -17,10 +17,10 @@ from nrchain.trajectory import recorder as recording
 from validation.hard_cases import charts
 from validation.hard_cases.agreement import LEEWAY
 from validation.hard_cases.fuzz import fuzz, fuzzed, table
-from validation.hard_cases.gallery import GALLERY, REFUSED
 from validation.hard_cases.outputs import GOES_ON, NOT_TRIED
 from validation.hard_cases.processes import kills_resumed, outputs, soak
 from validation.hard_cases.run import GROWN
+from validation.report.gallery import GALLERY, REFUSED
 
 MODES = [(), ("2s",), ("2s", "3a", "3t", "4a")]
 STRENGTH = st.sampled_from([1e-12, 1.0, -100.0, 5000.0, 1e8, -1e150, 1e300])

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import nrchain
+from validation.report.random_scenes import random_scene
 from validation.report.recorder import Recorder
 from validation.verification import run as verification
-from validation.verification.scenes import random_scene
 
 
 def test_scenes_are_the_same_every_time_and_differ():

@@ -14,7 +14,7 @@ from nrchain.planning.regime import warnings
 from nrchain.planning.shared_steps import SharedStepRun
 from nrchain.scene.poses import initial_poses
 from nrchain.watch.seed import bend_growth_exponent, seed_amplitude
-from validation.hard_cases.gallery import GALLERY
+from validation.report.gallery import GALLERY
 
 
 def buckling(**changes):

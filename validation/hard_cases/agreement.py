@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nrchain import Trajectory
-from validation.hard_cases.gallery import Case, Poses
+from validation.report.gallery import Case, Poses
 
 NUDGE = 1e-5
 """Standard deviation of the displacements of the start, in radii."""

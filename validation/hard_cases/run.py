@@ -19,8 +19,8 @@ from nrchain import Cause, SceneError, Trajectory, elastic_energy, load_scene, r
 from validation.hard_cases import charts, costs, processes
 from validation.hard_cases.agreement import LEEWAY, Agreement, agreement, nudge
 from validation.hard_cases.fuzz import NOT_RUN, fuzz
-from validation.hard_cases.gallery import COMPLETED, GALLERY, REFUSED, Case
 from validation.hard_cases.outputs import GOES_ON, NOT_TRIED
+from validation.report.gallery import COMPLETED, GALLERY, REFUSED, Case
 from validation.report.recorder import Recorder
 
 ORTHONORMAL = 1e-12

@@ -18,9 +18,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from nrchain import Scene, SceneError, Trajectory, load_scene, simulate, simulate_many
+from validation.report.random_scenes import random_scene
 from validation.report.recorder import Recorder
 from validation.report.style import MARKERS, SHADES
-from validation.verification.scenes import random_scene
 
 REFERENCES = {"radau": 1e-3, "cvode": 1e-5}
 """Tolerance of the reference runs over that of the run, by integrator."""
