@@ -45,6 +45,10 @@ STUDIES: dict[str, Study] = {
         "validation.performance.run", "Performance: against common practice, and scaling with N"
     ),
     "cost": Study("validation.cost.run", "What accuracy costs in time: four work–precision maps"),
+    "integrators": Study(
+        "validation.integrators.run",
+        "Integrators: which one for which class of scene, and what a tolerance means",
+    ),
     "verification": Study(
         "validation.verification.run",
         "Verification: the error that a run estimates of itself, against its error",

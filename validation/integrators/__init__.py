@@ -1,0 +1,1 @@
+"""Error, time and tolerance of each integrator, by class of scene."""
