@@ -55,6 +55,8 @@ def _pointer(element: Any, llvm: ir.Type) -> Any:
 
         return types.CPointer(element)(types.intp), generate
 
+    # terms that differ in this alone have names of their own
+    pointer.__name__ = f"pointer_to_{element}"
     return intrinsic(pointer)
 
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nrchain._compile import inlined, kernel
+from nrchain._compile import inlined, part
 from nrchain.motion.lanes import LANES, solve_lower, solve_upper, subtract
 
 THRESHOLD = 0.1
@@ -190,7 +190,7 @@ def fill(band, blocks, held, scale):
             columns[first + q, diagonal + q] += 1.0
 
 
-@kernel
+@part
 def eliminate(band):
     """Replace the matrix by its factors; whether it is regular."""
     columns, pivots, tops, half = band.columns, band.pivots, band.tops, band.reach
@@ -211,7 +211,7 @@ def eliminate(band):
     return True
 
 
-@kernel
+@part
 def substitute(band, vectors):
     """Replace vectors, in the layout of :func:`allocate_vectors`, by the solutions for them."""
     columns, pivots, tops, half = band.columns, band.pivots, band.tops, band.reach

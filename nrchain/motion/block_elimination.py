@@ -11,18 +11,34 @@ spheres: with A the matrix of the others, F and G the couplings, B the block of 
 
 Pivots are chosen among all rows within reach (:mod:`nrchain.motion.band_columns`), so that open
 chains are stable with any diagonal blocks. The errors of a periodic chain grow with A⁻¹ F, the
-response of the others to the last spheres. ``factorise`` returns :data:`UNSTABLE` if it exceeds
+response of the others to the last spheres. It is :data:`UNSTABLE` if that exceeds
 :data:`LARGEST_RESPONSE`, which needs A nearly singular where the whole matrix is not: a slightly
 different c helps.
+
+Factors and solutions are two functions by address, for real and for complex c. Their context is the
+table of the arrays of an :class:`Elimination`; Python and the steps of integrators call the same
+machine code.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numba import carray
 
-from nrchain._compile import inlined, kernel
+from nrchain._addresses import (
+    ROW,
+    blocks_in,
+    compile_term,
+    complex_at,
+    floats_at,
+    integers_at,
+    matrix_in,
+    table_of,
+    vector_in,
+)
+from nrchain._compile import inlined
 from nrchain.motion.band_columns import (
     Band,
     add_block,
@@ -42,7 +58,7 @@ LARGEST_RESPONSE = 1e8
 
 
 class Factors(NamedTuple):
-    """Factors of I − cJ and the work arrays of ``solve``; a thread needs its own.
+    """Factors of I − cJ.
 
     ``band`` is A, ``cut`` the matrix of the last spheres of a periodic chain, ``ties`` (w, 2w + 1,
     6, 6) is G, and ``responses`` A⁻¹ F by columns.
@@ -52,30 +68,43 @@ class Factors(NamedTuple):
     cut: Band
     ties: np.ndarray
     responses: np.ndarray
-    vector: np.ndarray
-    cut_vector: np.ndarray
 
 
-def allocate(count: int, reach: int, periodic: bool, dtype: type) -> Factors:
-    """Arrays for N = ``count`` spheres, w = ``reach``; ``dtype`` is float or complex, as c."""
-    cut = min(reach, count) if periodic else 0
-    inner, cut_reach = count - cut, max(cut - 1, 0)
+# Places of arrays in the table: J, its clamped spheres and c; the factors; vectors to solve for.
+BLOCKS, HELD, SCALE = range(3)
+COLUMNS, PIVOTS, TOPS, CUT_COLUMNS, CUT_PIVOTS, CUT_TOPS, TIES, RESPONSES = range(3, 11)
+VECTOR, CUT_VECTOR, WHOLE = range(11, 14)
+ARRAYS = 14
+
+
+@inlined
+def _factors_in(t, numbers_at):
+    """The factors in a table, of numbers real or complex as the pointers ``numbers_at``."""
+    reach, cut = t[BLOCKS, 2] // 2, t[CUT_TOPS, 1]
     return Factors(
-        allocate_band(inner, reach, dtype),
-        allocate_band(cut, cut_reach, dtype),
-        np.zeros((cut, 2 * reach + 1, 6, 6), dtype),
-        allocate_vectors(6 * cut, inner, reach, dtype),
-        allocate_vectors(1, inner, reach, dtype),
-        allocate_vectors(1, cut, cut_reach, dtype),
+        Band(
+            matrix_in(t, COLUMNS, numbers_at),
+            vector_in(t, PIVOTS, integers_at),
+            vector_in(t, TOPS, integers_at),
+            reach,
+        ),
+        Band(
+            matrix_in(t, CUT_COLUMNS, numbers_at),
+            vector_in(t, CUT_PIVOTS, integers_at),
+            vector_in(t, CUT_TOPS, integers_at),
+            max(cut - 1, 0),
+        ),
+        blocks_in(t, TIES, numbers_at),
+        matrix_in(t, RESPONSES, numbers_at),
     )
 
 
-@kernel
-def factorise(blocks, held, scale, factors):
-    """Set ``factors`` to those of I − scale · J: FINE, SINGULAR or UNSTABLE.
-
-    ``scale`` is real or complex as the arrays of ``factors``; ``held`` (N,) marks clamped spheres.
-    """
+def _factorise(context, _source, _order, _slots, _width):
+    """Replace the factors by those of I − cJ; FINE, SINGULAR or UNSTABLE."""
+    t = carray(integers_at(context), (ARRAYS, ROW))
+    blocks, held = blocks_in(t, BLOCKS, floats_at), vector_in(t, HELD, integers_at)
+    scale = vector_in(t, SCALE, numbers_at)[0]
+    factors = _factors_in(t, numbers_at)
     band, cut = factors.band, factors.cut
     count = blocks.shape[0]
     inner = band.tops.shape[0]
@@ -148,12 +177,26 @@ def _subtract_responses(factors, count):
                     cut.columns[column, to + p] = change
 
 
-@kernel
-def solve(factors, vector):
-    """Replace ``vector`` (N, 6), of the type of ``factors``, by (I − cJ)⁻¹ vector."""
-    band, right, cut_right = factors.band, factors.vector, factors.cut_vector
-    ties, count = factors.ties, vector.shape[0]
+def _solve(context, source, order, slots, _width):
+    """Replace the vector at ``source`` by (I − cJ)⁻¹ vector.
+
+    It has six elements for every sphere; or for the ``slots`` spheres at the address ``order``, if
+    that is not 0, with zeros for all others.
+    """
+    t = carray(integers_at(context), (ARRAYS, ROW))
+    factors = _factors_in(t, numbers_at)
+    band, ties, count = factors.band, factors.ties, t[BLOCKS, 1]
+    right, cut_right = matrix_in(t, VECTOR, numbers_at), matrix_in(t, CUT_VECTOR, numbers_at)
     inner, start, cut_start = band.tops.shape[0], 12 * band.reach, 12 * factors.cut.reach
+    vector = carray(numbers_at(source), (count, 6))
+    spheres = carray(integers_at(order), slots)
+    if order:
+        given = carray(numbers_at(source), (slots, 6))
+        vector = matrix_in(t, WHOLE, numbers_at)
+        vector[:] = 0.0
+        for slot in range(slots):
+            for p in range(6):
+                vector[spheres[slot], p] = given[slot, p]
     for i in range(inner):
         for p in range(6):
             right[0, start + 6 * i + p] = vector[i, p]
@@ -182,19 +225,70 @@ def solve(factors, vector):
     for i in range(inner):
         for p in range(6):
             vector[i, p] = right[0, start + 6 * i + p]
+    if order:
+        given = carray(numbers_at(source), (slots, 6))
+        for slot in range(slots):
+            for p in range(6):
+                given[slot, p] = vector[spheres[slot], p]
+    return FINE
 
 
-@kernel
-def solve_slots(factors, slots, work, vector):
-    """As ``solve`` for the spheres ``slots``, six elements each, with zeros for all others.
+class Elimination:
+    """Factors of I − cJ for one J, and solutions with them; a thread needs its own.
 
-    ``work`` (N, 6) is scratch space.
+    Parameters
+    ----------
+    blocks, held
+        J (N, 2w + 1, 6, 6) and (N,) integers, 1 for clamped spheres: kept, and read by
+        :meth:`factorise`.
+    periodic
+        Whether the chain closes.
+    kind
+        float or complex, the type of c and of the vectors.
+
+    Attributes
+    ----------
+    table
+        Addresses of all arrays, the context of the functions at ``factorise_at`` and ``solve_at``.
+    scale
+        (1,), c, which a caller in machine code sets before it calls ``factorise_at``.
     """
-    work[:] = 0.0
-    for slot in range(slots.shape[0]):
-        for p in range(6):
-            work[slots[slot], p] = vector[6 * slot + p]
-    solve(factors, work)
-    for slot in range(slots.shape[0]):
-        for p in range(6):
-            vector[6 * slot + p] = work[slots[slot], p]
+
+    def __init__(self, blocks: np.ndarray, held: np.ndarray, periodic: bool, kind: type) -> None:
+        count, reach = blocks.shape[0], blocks.shape[1] // 2
+        cut = min(reach, count) if periodic else 0
+        inner, cut_reach = count - cut, max(cut - 1, 0)
+        band, rest = allocate_band(inner, reach, kind), allocate_band(cut, cut_reach, kind)
+        self.scale = np.zeros(1, kind)
+        self._arrays = (
+            blocks,
+            held,
+            self.scale,
+            *band[:3],
+            *rest[:3],
+            np.zeros((cut, 2 * reach + 1, 6, 6), kind),
+            allocate_vectors(6 * cut, inner, reach, kind),
+            allocate_vectors(1, inner, reach, kind),
+            allocate_vectors(1, cut, cut_reach, kind),
+            np.zeros((count, 6), kind),
+        )
+        self.table = table_of(self._arrays)
+        numbers_at = complex_at if kind is complex else floats_at
+        factorise = compile_term(_factorise, numbers_at=numbers_at)
+        solve = compile_term(_solve, numbers_at=numbers_at)
+        self.factorise_at, self.solve_at = factorise.address, solve.address
+        self._factorise, self._solve = factorise.ctypes, solve.ctypes
+
+    def factorise(self, scale: complex) -> int:
+        """Take c = ``scale``: FINE, SINGULAR or UNSTABLE."""
+        self.scale[0] = scale
+        return int(self._factorise(self.table.ctypes.data, 0, 0, 0, 0))
+
+    def solve(self, vector: np.ndarray, spheres: np.ndarray | None = None) -> None:
+        """Replace ``vector`` by (I − cJ)⁻¹ vector.
+
+        It is contiguous, with six elements for every sphere, or for each of ``spheres`` and zeros
+        for all others.
+        """
+        order, slots = (0, 0) if spheres is None else (spheres.ctypes.data, len(spheres))
+        self._solve(self.table.ctypes.data, vector.ctypes.data, order, slots, 0)

@@ -27,7 +27,7 @@ import numpy as np
 
 from nrchain.geometry import lie
 from nrchain.motion import chart_jacobian, chart_poses
-from nrchain.motion.block_elimination import FINE, Factors, allocate, factorise, solve_slots
+from nrchain.motion.block_elimination import FINE, Elimination
 from nrchain.motion.model import Model
 from nrchain.motion.moving_chart import empty_chart
 
@@ -59,8 +59,9 @@ class ChartedChain:
         self._twists, self._maps = self.chart.twists, self.chart.maps
         self._poses = np.zeros((count, 6))
         self._blocks = np.empty((count, 2 * model.reach + 1, 6, 6))
-        # factors and a vector of all spheres, for real and for complex c
-        self._factors: dict[bool, tuple[Factors, np.ndarray]] = {}
+        self._held = model.held.astype(np.int64)
+        # for real and for complex c
+        self._eliminations: dict[bool, Elimination] = {}
 
     def set_base(
         self,
@@ -199,19 +200,17 @@ class ChartedChain:
         is singular.
         """
         turns = isinstance(scale, complex)
-        if turns not in self._factors:
-            count, kind = self.model.count, complex if turns else float
-            factors = allocate(count, self.model.reach, self._periodic, kind)
-            self._factors[turns] = factors, np.empty((count, 6), kind)
-        factors, _ = self._factors[turns]
-        if factorise(self._blocks, self.model.held, scale, factors) != FINE:
+        if turns not in self._eliminations:
+            kind = complex if turns else float
+            elimination = Elimination(self._blocks, self._held, self._periodic, kind)
+            self._eliminations[turns] = elimination
+        if self._eliminations[turns].factorise(scale) != FINE:
             raise FloatingPointError("the Newton matrix is singular")
 
     def solve(self, vector: np.ndarray, out: np.ndarray) -> None:
         """out = (I − scale · J)⁻¹ vector with the last factors of the type of ``out``."""
         out[:] = vector
-        factors, work = self._factors[np.iscomplexobj(out)]
-        solve_slots(factors, self.order, work, out)
+        self._eliminations[np.iscomplexobj(out)].solve(out, self.order)
 
     def near_jacobian(self) -> csc_matrix:
         """The blocks near the diagonal of the last ``linearise``, as a sparse matrix."""

@@ -8,14 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import lapack
 
-from nrchain.motion.block_elimination import (
-    FINE,
-    SINGULAR,
-    UNSTABLE,
-    allocate,
-    factorise,
-    solve,
-)
+from nrchain.motion.block_elimination import FINE, SINGULAR, UNSTABLE, Elimination
 
 EPS = np.finfo(float).eps
 
@@ -41,12 +34,12 @@ class System(NamedTuple):
 
     def solved(self, right):
         """The status and the solution by blocks."""
-        count, width = self.blocks.shape[:2]
-        factors = allocate(count, width // 2, self.periodic, type(self.scale))
-        status = factorise(self.blocks, self.held, self.scale, factors)
-        found = right.astype(type(self.scale))
+        held, kind = self.held.astype(np.int64), type(self.scale)
+        elimination = Elimination(self.blocks, held, self.periodic, kind)
+        status = elimination.factorise(self.scale)
+        found = right.astype(kind)
         if status == FINE:
-            solve(factors, found)
+            elimination.solve(found)
         return status, found
 
 
@@ -152,14 +145,32 @@ def test_lapack_finds_the_same_solution(count, reach, scale):
 def test_arrays_serve_again_after_interchanges_and_not_finite_numbers():
     first, right = random_system(4, 8, 2, True, 1.0)
     second, _ = random_system(5, 8, 2, True, 1.0)
-    factors = allocate(8, 2, True, float)
-    factorise(first.blocks, first.held, 1.0, factors)
-    solve(factors, np.full((8, 6), np.nan))
-    assert factorise(np.full_like(first.blocks, np.inf), first.held, 1.0, factors) != FINE
-    factorise(second.blocks, second.held, 1.0, factors)
+    blocks = first.blocks.copy()
+    elimination = Elimination(blocks, np.zeros(8, np.int64), True, float)
+    assert elimination.factorise(1.0) == FINE
+    elimination.solve(np.full((8, 6), np.nan))
+    blocks[:] = np.inf
+    assert elimination.factorise(1.0) != FINE
+    blocks[:] = second.blocks
+    assert elimination.factorise(1.0) == FINE
     found = right.copy()
-    solve(factors, found)
+    elimination.solve(found)
     assert np.array_equal(found, second.solved(right)[1])
+
+
+@pytest.mark.parametrize("scale", [1.0, 1.0 + 2.0j])
+@pytest.mark.parametrize("periodic", [False, True])
+def test_spheres_that_are_left_out_have_zeros(scale, periodic):
+    system, right = random_system(9, 11, 2, periodic, scale)
+    spheres = np.array([1, 2, 5, 10])
+    elimination = Elimination(system.blocks, np.zeros(11, np.int64), periodic, type(scale))
+    assert elimination.factorise(scale) == FINE
+    whole = np.zeros_like(right, dtype=type(scale))
+    whole[spheres] = right[spheres]
+    found = right[spheres].astype(type(scale)).ravel()
+    elimination.solve(found, spheres)
+    elimination.solve(whole)
+    assert np.array_equal(found, whole[spheres].ravel())
 
 
 @pytest.mark.parametrize("scale", [1.0, 1.0 + 0.0j])

@@ -16,6 +16,7 @@ from numba import carray
 from nrchain._addresses import (
     ROW,
     blocks_in,
+    call,
     compile_term,
     complex_at,
     cube_in,
@@ -26,8 +27,7 @@ from nrchain._addresses import (
     vector_in,
 )
 from nrchain._compile import inlined, part
-from nrchain.motion.band_columns import Band
-from nrchain.motion.block_elimination import Factors, allocate, factorise, solve
+from nrchain.motion.block_elimination import Elimination
 from nrchain.motion.chart_poses import room_to_turn
 from nrchain.motion.charts import ChartedChain
 from nrchain.motion.clearance import Clearance, is_clear
@@ -82,9 +82,10 @@ from nrchain.motion.terms import HELD, ModelTerms
 from nrchain.potential.link import add_block_product
 from nrchain.types import Poses
 
-# Places of arrays in the table, after those of chart and terms: what steps share, two
-# factorisations, and the search for contacts.
-SHARED, FACTORS, PAIR_FACTORS, CLEARANCE = 22, 32, 42, 52
+# Places of arrays in the table, after those of chart and terms: what steps share, the two
+# eliminations, and the search for contacts.
+SHARED, SOLVERS, CLEARANCE = 22, 31, 34
+REAL_SCALE, PAIR_SCALE = SOLVERS + 1, SOLVERS + 2
 (
     NUMBERS_AT,
     COUNTS_AT,
@@ -94,38 +95,9 @@ SHARED, FACTORS, PAIR_FACTORS, CLEARANCE = 22, 32, 42, 52
     ENDS,
     END_FRAMES,
     BLOCKS,
-    BOTH,
     AWAY,
-) = range(SHARED, FACTORS)
-ARRAYS = 55
-
-
-@inlined
-def _factors(t, k):
-    """The factors whose arrays begin at place k.
-
-    Both are complex: one elimination is compiled, and takes twice as long for the real matrix.
-    """
-    reach = t[BLOCKS, 2] // 2
-    cut = t[k + 5, 1]
-    return Factors(
-        Band(
-            matrix_in(t, k, complex_at),
-            vector_in(t, k + 1, integers_at),
-            vector_in(t, k + 2, integers_at),
-            reach,
-        ),
-        Band(
-            matrix_in(t, k + 3, complex_at),
-            vector_in(t, k + 4, integers_at),
-            vector_in(t, k + 5, integers_at),
-            max(cut - 1, 0),
-        ),
-        blocks_in(t, k + 6, complex_at),
-        matrix_in(t, k + 7, complex_at),
-        matrix_in(t, k + 8, complex_at),
-        matrix_in(t, k + 9, complex_at),
-    )
+) = range(SHARED, SOLVERS)
+ARRAYS = 37
 
 
 @inlined
@@ -167,32 +139,20 @@ def _product(t, source, target):
 @part
 def _factorise(t, source, target):
     """Factorise I − STEP J/λ for both λ."""
-    step = vector_in(t, NUMBERS_AT, floats_at)[STEP]
-    blocks, held = blocks_in(t, BLOCKS, floats_at), vector_in(t, HELD, integers_at)
+    step, solvers = vector_in(t, NUMBERS_AT, floats_at)[STEP], matrix_in(t, SOLVERS, integers_at)
+    vector_in(t, REAL_SCALE, floats_at)[0] = step / REAL
+    vector_in(t, PAIR_SCALE, complex_at)[0] = step / COMPLEX
     for k in range(2):
-        scale = step / REAL + 0.0j if k == 0 else step / COMPLEX
-        if factorise(blocks, held, scale, _factors(t, PAIR_FACTORS if k else FACTORS)):
+        if call(solvers[k, 0], solvers[k, 2], 0, 0, 0, 0):
             return SINGULAR
     return 0
 
 
 @part
-def _solve(t, source, is_real):
+def _solve(t, source, k):
     """Solve for the real or the complex vector at ``source``, in place."""
-    count, both = t[BLOCKS, 1], matrix_in(t, BOTH, complex_at)
-    vector = carray(floats_at(source), (count, 6))
-    if is_real:
-        for i in range(count):
-            for p in range(6):
-                both[i, p] = vector[i, p]
-    else:
-        both = carray(complex_at(source), (count, 6))
-    solve(_factors(t, FACTORS if is_real else PAIR_FACTORS), both)
-    if is_real:
-        for i in range(count):
-            for p in range(6):
-                vector[i, p] = both[i, p].real
-    return 0
+    solvers = matrix_in(t, SOLVERS, integers_at)
+    return call(solvers[k, 1], solvers[k, 2], source, 0, 0, 0)
 
 
 @part
@@ -269,7 +229,7 @@ def _equation(context, source, target, flag, which):
     if which == TURN:
         return _turn(t, source, target)
     if which in (SOLVE_REAL, SOLVE_PAIR):
-        return _solve(t, source, which == SOLVE_REAL)
+        return _solve(t, source, which - SOLVE_REAL)
     if which == FACTORISE:
         return _factorise(t, source, target)
     if which == LINEARISE:
@@ -312,8 +272,10 @@ class ChainEquation:
         self.vectors[SCALE] = scale.ravel()
         self.numbers[[RTOL, END, FIXED, COMPONENTS]] = rtol, end, fixed, chain.dimension
         blocks = np.zeros((count, 2 * model.reach + 1, 6, 6))
-        place = count, model.reach, model.period > 0.0
-        factors, pair_factors = allocate(*place, complex), allocate(*place, complex)
+        held, closes = self._terms.tables.held, model.period > 0.0
+        kinds = float, complex
+        self._eliminations = [Elimination(blocks, held, closes, kind) for kind in kinds]
+        solvers = [(e.factorise_at, e.solve_at, e.table.ctypes.data) for e in self._eliminations]
         shared = self.numbers, self.counts, self.vectors, np.zeros((3, count, 3))
         ends = np.zeros((3, count, 3, 3)), np.zeros((count, 3)), np.zeros((count, 3, 3))
         self._arrays = (
@@ -322,10 +284,9 @@ class ChainEquation:
             *shared,
             *ends,
             blocks,
-            np.zeros((count, 6), complex),
             np.zeros(6 * count),
-            *_arrays_of(factors),
-            *_arrays_of(pair_factors),
+            np.array(solvers),
+            *(elimination.scale for elimination in self._eliminations),
             *self._clearance,
         )
         self._table = table_of(self._arrays)
@@ -354,12 +315,6 @@ class ChainEquation:
     def raise_error(self) -> None:
         """Raise the exception of the Python term that failed last."""
         self._terms.raise_error()
-
-
-def _arrays_of(factors: Factors) -> tuple[np.ndarray, ...]:
-    bands = factors.band, factors.cut
-    columns = (array for band in bands for array in (band.columns, band.pivots, band.tops))
-    return *columns, factors.ties, factors.responses, factors.vector, factors.cut_vector
 
 
 def _nothing_near(count: int, period: float) -> Clearance:
