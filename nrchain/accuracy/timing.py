@@ -15,6 +15,8 @@ import numpy as np
 
 from nrchain.errors import SceneError
 from nrchain.geometry.distances import pose_distances
+from nrchain.motion.integrators import find_integrator, resolve_name
+from nrchain.motion.model import Model
 from nrchain.notices import ignore
 from nrchain.outcome import Cause
 from nrchain.planning.counted_work import evaluation_work
@@ -124,7 +126,8 @@ def predict_cost(scene: Scene, allowed: float = PILOT, snapshots: int = SNAPSHOT
 
     Raises :class:`~nrchain.errors.SceneError` for a scene that is refused.
     """
-    steps = max(int(allowed / evaluation_work(scene)), FEWEST_STEPS)
+    scheme = find_integrator(resolve_name(scene.run.integrator, Model(scene).is_banded))
+    steps = max(int(allowed / (evaluation_work(scene) * scheme.evaluations)), FEWEST_STEPS)
     free = {"run.snapshots": snapshots, "run.max_seconds": None}
     pilot, cost = run_timed(load_scene(scene, **free, **{"run.max_steps": steps}))
     free["run.max_steps"] = None

@@ -38,7 +38,8 @@ def run(
     """Simulate a scene, and write its trajectory and a picture."""
     with no_collection():
         from nrchain.effects.registry import acting
-        from nrchain.motion.integrators import find_integrator
+        from nrchain.motion.integrators import find_integrator, resolve_name
+        from nrchain.motion.model import Model
         from nrchain.planning.regime import warnings
         from nrchain.run.folders import new_folder
         from nrchain.run.output import output_file
@@ -49,7 +50,7 @@ def run(
     loaded, choice = load(scene, [*(changes or ()), *["run.verify=true"] * verify])
     with no_collection():
         # an integrator imports its library when it is looked up
-        find_integrator(loaded.run.integrator)
+        find_integrator(resolve_name(loaded.run.integrator, Model(loaded).is_banded))
     risks = warnings(loaded)
     report_risks(loaded, risks)
     names = ", ".join(effect.name for effect in acting(loaded)) or "none"

@@ -77,9 +77,13 @@ VECTOR, CUT_VECTOR, WHOLE = range(11, 14)
 ARRAYS = 14
 
 
+numbers_at: Any = None
+"""Pointers to real or to complex numbers: :func:`compile_term` puts one of them in its place."""
+
+
 @inlined
 def _factors_in(t, numbers_at):
-    """The factors in a table, of numbers real or complex as the pointers ``numbers_at``."""
+    """The factors in a table."""
     reach, cut = t[BLOCKS, 2] // 2, t[CUT_TOPS, 1]
     return Factors(
         Band(
@@ -259,8 +263,8 @@ class Elimination:
         cut = min(reach, count) if periodic else 0
         inner, cut_reach = count - cut, max(cut - 1, 0)
         band, rest = allocate_band(inner, reach, kind), allocate_band(cut, cut_reach, kind)
-        self.scale = np.zeros(1, kind)
-        self._arrays = (
+        self.scale: np.ndarray = np.zeros(1, kind)
+        self._arrays: tuple[np.ndarray, ...] = (
             blocks,
             held,
             self.scale,

@@ -12,6 +12,8 @@ import numpy as np
 
 from nrchain.effects.shared.slip_flow import active_modes
 from nrchain.errors import SceneError
+from nrchain.motion.integrators import find_integrator, resolve_name
+from nrchain.motion.model import Model
 from nrchain.planning.missing_stokeslets import stokeslet_warning
 from nrchain.planning.remedies import remedy
 from nrchain.planning.soundness import Judgement, judge
@@ -22,7 +24,8 @@ from nrchain.scene.scene import Scene
 from nrchain.watch.seed import BARELY, seed_warning
 
 STEPS_PER_NOISE = 0.3
-"""Steps of CVODE for each ``atol`` by which rounding moves a sphere: measured at N = 64."""
+"""Steps of CVODE for each tolerance of a step by which rounding moves a sphere: measured at N = 64.
+Radau takes none: every step starts in a chart of its own, in which positions are small numbers."""
 
 NOISE_STEPS = 5000
 """More steps than this due to rounding alone are worth a warning."""
@@ -89,7 +92,11 @@ def _soundness_warning(scene: Scene, found: Judged) -> str:
 
 
 def _rounding_warning(scene: Scene) -> str:
+    scheme = find_integrator(resolve_name(scene.run.integrator, Model(scene).is_banded))
+    if scheme.renews_chart:
+        return ""
     moved = STEPS_PER_NOISE * rounding_drift(scene) * scene.run.end / scene.chain.radius
+    moved /= scheme.share
     steps = moved / scene.run.atol
     if steps <= NOISE_STEPS:
         return ""

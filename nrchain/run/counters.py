@@ -29,6 +29,11 @@ class Counters:
         """Steps so far."""
         return self._integrator.steps + self._earlier.get("steps", 0)
 
+    def at(self, steps: int, evaluations: int) -> dict[str, float]:
+        """Steps and right-hand sides after so many of the present run."""
+        counted = {"steps": steps, "evaluations": evaluations}
+        return {name: count + self._earlier.get(name, 0) for name, count in counted.items()}
+
     def table(self) -> dict[str, float]:
         """All counts so far, by name."""
         new = {

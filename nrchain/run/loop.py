@@ -136,11 +136,11 @@ class Loop:
     def _record(self) -> None:
         """Record what was sampled in steps that need no look."""
         samples = self._samples
-        earlier = int(self.counters.steps) - self.integrator.steps
         for k in range(samples.taken):
-            time, steps = float(samples.times[k]), earlier + int(samples.steps[k])
-            self.recording.write(time, (samples.positions[k], samples.frames[k]), steps)
-            self.watches.check_snapshot(time, (samples.positions[k], samples.frames[k]))
+            time, poses = float(samples.times[k]), (samples.positions[k], samples.frames[k])
+            steps, evaluations = (int(count) for count in samples.counted[k])
+            self.recording.write(time, poses, self.counters.at(steps, evaluations))
+            self.watches.check_snapshot(time, poses)
 
     def _pass(self, time: float, steps: int) -> None:
         """Note that so many steps led to ``time``, none of which has to be looked at."""

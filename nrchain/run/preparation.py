@@ -15,7 +15,7 @@ import numpy as np
 from nrchain.motion.charts import ChartedChain
 from nrchain.motion.contact import PoseLimits
 from nrchain.motion.definiteness import CutFriction, is_cut
-from nrchain.motion.integrators import find_integrator
+from nrchain.motion.integrators import find_integrator, resolve_name
 from nrchain.motion.integrators.base import Integrator
 from nrchain.motion.model import Model
 from nrchain.notices import Report
@@ -28,6 +28,7 @@ from nrchain.run.interruption import Interruption
 from nrchain.run.loop import Loop
 from nrchain.run.recording import Progress, Recording, snapshot_times
 from nrchain.run.watches import Watches
+from nrchain.scene.chain_sections import LEAST_TOLERANCE
 from nrchain.scene.scene import Scene
 from nrchain.trajectory.checkpoint import Checkpoint
 from nrchain.trajectory.recorder import Recorder
@@ -122,13 +123,20 @@ def prepare(
 def make_integrator(scene: Scene, chain: ChartedChain) -> Integrator:
     """The integrator of a scene: ``atol`` in radii and radians, ``rtol`` of the coordinates y.
 
-    The error of a step is held below one in the norm √mean((e/w)²) over all coordinates of all
-    spheres, w = ``atol`` + ``rtol`` |y|: y is how far a sphere has moved and turned from a base
-    that drifts and spins as the chain does, in the units of ``atol``.
+    The error of a step is held below the ``share`` of the integrator in the norm √mean((e/w)²) over
+    all coordinates of all spheres, w = ``atol`` + ``rtol`` |y|: y is how far a sphere has moved and
+    turned from a base that drifts and spins as the chain does, in the units of ``atol``.
     """
-    pose = np.repeat([scene.run.atol * scene.chain.radius, scene.run.atol], 3)
-    scheme = find_integrator(scene.run.integrator)
-    return scheme(chain, scene.run.end, scene.run.rtol, np.tile(pose, chain.dimension // 6))
+    run = scene.run
+    scheme = find_integrator(resolve_name(run.integrator, chain.is_banded))
+    atol, rtol = (step_tolerance(scheme, tolerance) for tolerance in (run.atol, run.rtol))
+    pose = np.repeat([atol * scene.chain.radius, atol], 3)
+    return scheme(chain, run.end, rtol, np.tile(pose, chain.dimension // 6))
+
+
+def step_tolerance(scheme: type[Integrator], tolerance: float) -> float:
+    """What a step may err by, for a run of this tolerance: no less than rounding allows."""
+    return max(scheme.share * tolerance, min(tolerance, LEAST_TOLERANCE))
 
 
 def make_watches(
@@ -141,7 +149,7 @@ def make_watches(
         # a chain of its own: the model of the integrator keeps what it was last linearised about
         lambda: ChartedChain(Model(scene)),
         report,
-        atol=scene.run.atol,
+        atol=step_tolerance(type(integrator), scene.run.atol),
         radius=scene.chain.radius,
         spacing=scene.chain.spacing,
         periodic=scene.chain.ends == "periodic",

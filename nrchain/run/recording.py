@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from nrchain.scene.scene import Scene
 from nrchain.trajectory.checkpoint import Checkpoint
 from nrchain.trajectory.recorder import Recorder
 from nrchain.types import Poses
+
+NOTHING: Mapping[str, float] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -79,18 +82,21 @@ class Recording:
         while not self.is_complete and self.times[self.snapshot] <= until:
             yield float(self.times[self.snapshot])
 
-    def write(self, time: float, poses: Poses, steps: int | None = None) -> None:
-        """Record the poses at ``time`` as the next snapshot, after all steps or after ``steps``."""
-        after = int(self._counters.steps) if steps is None else steps
+    def write(self, time: float, poses: Poses, counted: Mapping[str, float] = NOTHING) -> None:
+        """Record the poses at ``time`` as the next snapshot.
+
+        ``counted`` are counts by then, for a snapshot that later steps have passed.
+        """
+        steps = int(counted.get("steps", self._counters.steps))
         # a copy in memory takes less time than two looks at the clock
         is_short = not (self._recorder.outlives_run or self._progress)
         with nullcontext() if is_short else self._counters.stopwatch.paused():
-            self._recorder.write(self.snapshot, time, *poses, after)
+            self._recorder.write(self.snapshot, time, *poses, steps)
             if self._recorder.outlives_run:
                 self.write_counters()
             self.snapshot += 1
             if self._progress:
-                counters = self._counters.table()
+                counters = {**self._counters.table(), **counted}
                 where = time, self.end, self.snapshot, len(self.times)
                 with np.errstate(**self._caller):
                     self._progress(Progress(*where, counters, counters["wall_time"]))

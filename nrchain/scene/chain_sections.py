@@ -16,7 +16,7 @@ from nrchain.inputs.rules import Section, choice, flag, number, optional, whole
 
 Ends = Literal["free", "clamped", "periodic"]
 Measure = Literal["paper", "isotropic"]
-Integrator = Literal["cvode", "radau", "scipy-bdf"]
+Integrator = Literal["auto", "cvode", "radau", "scipy-bdf"]
 Shape = Literal["straight", "sine", "helix-left", "helix-right", "random", "given"]
 
 POSES = ("positions", "frames")
@@ -129,13 +129,17 @@ class StartSpec(Section):
 class RunSpec(Section):
     """From t = 0 to ``end``, with ``snapshots`` at equal intervals, both ends included.
 
-    ``rtol`` and ``atol`` bound the error of one step: √mean((error/(``atol`` + ``rtol`` |y|))²) < 1
-    over the coordinates y of all spheres. A coordinate is how far a sphere has moved (``atol`` in
-    radii) or turned (in radians) from a base that drifts and spins with the chain. With ``cvode``,
-    the error at the end is some tens to some hundreds of times as large where the chain relaxes,
-    buckles or coils. Where a motion keeps its errors, as that of free spheres in a flow does, the
-    errors of all steps add up. ``atol`` must be at least 1e-14: coordinates of the size of a radius
-    hold no more digits, and steps would shrink without end.
+    ``rtol`` and ``atol`` set the error of the run: equal, its largest error, in radii and radians,
+    is at most ten times as large on nine scenes of ten. For that they bound the error of one step:
+    √mean((error/(``atol`` + ``rtol`` |y|))²) < c over the coordinates y of all spheres, with c = 1
+    for ``radau``, 1/20 for ``cvode`` and 1/30 for ``scipy-bdf``. A coordinate is how far a sphere
+    has moved (``atol`` in radii) or turned (in radians) from a base that drifts and spins with the
+    chain. Where a motion keeps its errors, as that of free spheres in a flow does, the errors of
+    all steps add up. ``atol`` must be at least 1e-14: coordinates of the size of a radius hold no
+    more digits, and steps would shrink without end.
+
+    ``integrator = "auto"`` is ``radau`` where interactions reach a few neighbours along the chain,
+    and ``cvode`` with interactions of all pairs.
 
     ``verify`` estimates the error at each snapshot, from a second run with both tolerances divided
     by :data:`TIGHTER`.
@@ -146,9 +150,9 @@ class RunSpec(Section):
     path: ClassVar[str] = "run"
     end: Annotated[float, number(above=0)]
     snapshots: Annotated[int, whole(least=2)] = 101
-    rtol: Annotated[float, number(least=LEAST_TOLERANCE, most=1e-1)] = 1e-7
-    atol: Annotated[float, number(least=LEAST_TOLERANCE, most=1e-1, reason=_ROUNDED)] = 1e-7
-    integrator: Annotated[Integrator, choice(Integrator)] = "cvode"
+    rtol: Annotated[float, number(least=LEAST_TOLERANCE, most=1e-1)] = 1e-6
+    atol: Annotated[float, number(least=LEAST_TOLERANCE, most=1e-1, reason=_ROUNDED)] = 1e-6
+    integrator: Annotated[Integrator, choice(Integrator)] = "auto"
     max_steps: Annotated[int | None, optional(whole(least=1))] = None
     max_seconds: Annotated[float | None, optional(number(above=0))] = None
     verify: Annotated[bool, flag()] = False

@@ -63,7 +63,7 @@ class GrowthWatch:
     report
         Gets the text of a warning.
     atol
-        ``run.atol``, in radii and radians.
+        Of a step, in radii and radians.
     radius, spacing
         Of spheres, and of their centres at rest.
     periodic
@@ -203,11 +203,12 @@ def _reason(rate: float, part: np.ndarray, resolution: Resolution, step: float, 
     at = part, resolution.atol, resolution.rtol
     size = min(resolution.over_tolerance(*at), resolution.over_step_errors(*at))
     finer = resolution.finer_tolerances(part)
+    atol, rtol = resolution.atol / resolution.share, resolution.rtol / resolution.share
     return (
         f"a part of the bend of {bend:.2g} a grows at rate {rate:.3g}, but steps of {step:.2g} do "
-        f"not resolve it: it is {size:.2g} of the tolerance (run.atol = {resolution.atol:g}, "
-        f"run.rtol = {resolution.rtol:g}); {finer}{', or ' if finer else ''}a larger bend at the "
-        "start resolves it"
+        f"not resolve it: it is {size:.2g} of the tolerance of a step (run.atol = {atol:g}, "
+        f"run.rtol = {rtol:g}); {finer}{', or ' if finer else ''}a larger bend at the start "
+        "resolves it"
     )
 
 

@@ -56,15 +56,15 @@ class Resolution:
     unit
         (dimension,) of each coordinate: a radius, or a radian.
     atol, rtol
-        As in the scene: ``run.atol`` in radii and radians.
+        Of a step, ``atol`` in radii and radians.
     y
         |y| in the integrator's chart. Modes are in a chart about the poses reached. Their
         components differ by the tangent of the Cayley map: by the turn of a sphere since the chart
         was made, and by nothing in Radau's, which is made anew at every step.
     most
         The largest |y| so far, at any step.
-    growth_limit
-        That of the integrator.
+    growth_limit, share
+        Those of the integrator: ``atol`` and ``rtol`` over ``share`` are those of the scene.
     """
 
     unit: np.ndarray
@@ -73,12 +73,20 @@ class Resolution:
     y: np.ndarray
     most: np.ndarray
     growth_limit: float
+    share: float = 1.0
 
     @classmethod
-    def of(cls, integrator: Integrator, atol: float, y: np.ndarray, most: np.ndarray) -> Resolution:
-        """That of an integrator, with ``run.atol`` as given."""
-        unit = integrator.atol / atol
-        return cls(unit, atol, integrator.rtol, np.abs(y), most, integrator.growth_limit)
+    def of(cls, integrator: Integrator, unit: float, y: np.ndarray, most: np.ndarray) -> Resolution:
+        """That of an integrator; ``unit`` is its ``atol`` of one radian, and of one radius."""
+        return cls(
+            integrator.atol / unit,
+            unit,
+            integrator.rtol,
+            np.abs(y),
+            most,
+            integrator.growth_limit,
+            integrator.share,
+        )
 
     def across(self, axis: np.ndarray) -> float:
         """The largest tolerance of a displacement or a turn across the axis, in radii or radians.
@@ -133,9 +141,9 @@ class Resolution:
         atol = min(self.atol, max(size / BARELY, LEAST_ATOL))
         if size < SEEN * atol:
             return ""
-        finer = [f"run.atol = {atol:.1g}"] if atol < self.atol else []
+        finer = [f"run.atol = {atol / self.share:.1g}"] if atol < self.atol else []
         share = float(self.over_tolerance(part, atol, self.rtol)) * atol / size
         share = min(share, float(self.over_step_errors(part, atol, self.rtol)))
         if share < 0.5:
-            finer.append(f"run.rtol = {max(share * self.rtol, LEAST_RTOL):.1g}")
+            finer.append(f"run.rtol = {max(share * self.rtol / self.share, LEAST_RTOL):.1g}")
         return " and ".join(finer)

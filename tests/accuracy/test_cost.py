@@ -200,7 +200,7 @@ def test_work_precision_of_a_scene(measured_scene):
     assert result.reference_error < 1e-7
     stepping = {p.setting: p.measured for p in result.points if p.axis == "stepping"}
     for scheme in TOLERANCES:
-        loose, tight = stepping[f"{scheme}, 1e-03"], stepping[f"{scheme}, 1e-07"]
+        loose, tight = (stepping[f"{scheme}, {TOLERANCES[scheme][k]:.0e}"] for k in (0, 4))
         assert tight.error < 1e-2 * loose.error
         assert tight.work.steps > loose.work.steps
     reach = [p.measured.error for p in result.points if p.axis == "reach"]

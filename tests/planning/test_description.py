@@ -30,7 +30,7 @@ def test_what_acts_and_what_does_not():
     assert ("slip 3a", "strength 0") in described.left_out
     assert ("measure of twist and bend", "paper") in described.simulated
     assert ("pair laws of slip", "native") in described.simulated
-    assert ("integrator", "cvode, rtol 1e-07, atol 1e-07") in described.simulated
+    assert ("integrator", "auto: radau, rtol 1e-06, atol 1e-06") in described.simulated
     assert ("finite size", "(a/r)² in the velocity of 2s") in described.left_out
 
 

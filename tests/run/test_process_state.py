@@ -61,7 +61,8 @@ def cannot_step(folder):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(preparation, "Loop", Wild)
-        ended = nrchain.simulate(scene(), output=folder / "wild")
+        wild = scene(**{"run.integrator": "cvode"})
+        ended = nrchain.simulate(wild, output=folder / "wild")
     assert ended.cause is nrchain.Cause.STEP
 
 
@@ -94,7 +95,9 @@ ACTS = {
     "many": lambda folder, done: list(nrchain.simulate_many([scene()] * 3, folder / "many")),
     "radau": lambda folder, done: nrchain.simulate(scene(**{"run.integrator": "radau"})),
     "scipy-bdf": lambda folder, done: nrchain.simulate(scene(**{"run.integrator": "scipy-bdf"})),
-    "pystokes": lambda folder, done: nrchain.simulate(scene(**{"slip.backend": "pystokes"})),
+    "pystokes": lambda folder, done: nrchain.simulate(
+        scene(**{"slip.backend": "pystokes", "run.max_steps": 3})
+    ),
     "stopped": lambda folder, done: stopped(),
     "cannot step": lambda folder, done: cannot_step(folder),
     "refused": lambda folder, done: refused(),

@@ -29,6 +29,9 @@ from nrchain.run.work import (
 )
 from nrchain.trajectory.writer import TrajectoryWriter
 
+CVODE = {"run.integrator": "cvode", "run.rtol": 2e-6, "run.atol": 2e-6}
+"""An integrator whose calls of a chain a test can count and price."""
+
 SCENE = nrchain.load_scene(
     "buckling",
     **{
@@ -37,6 +40,7 @@ SCENE = nrchain.load_scene(
         "chain.viscosity": 2.0,
         "chain.spacing": 7.0,
         "run.end": 40.0,
+        **CVODE,
     },
 )
 
@@ -257,7 +261,7 @@ def test_a_resumed_run_costs_as_much_as_an_uninterrupted_one(tmp_path):
 
 def test_the_cost_predicted_from_a_part_holds_for_the_whole():
     """A spinning chain takes steps of equal cost, except at its start."""
-    scene = nrchain.load_scene("spiral-left", **{"run.end": 20.0})
+    scene = nrchain.load_scene("spiral-left", **CVODE, **{"run.end": 20.0})
     with fake_processor(Processor()):
         whole = cost_of(nrchain.simulate(scene))
         part = predict_cost(

@@ -132,7 +132,7 @@ REFUSALS = [
     ({"start.seed": 2**63}, "start.seed", "below 2^63"),
     ({"run.end": 0}, "run.end", "above 0"),
     ({"run.snapshots": 1}, "run.snapshots", "at least 2"),
-    ({"run.integrator": "rk45"}, "run.integrator", "one of cvode, radau, scipy-bdf"),
+    ({"run.integrator": "rk45"}, "run.integrator", "one of auto, cvode, radau, scipy-bdf"),
     ({"run.max_steps": 0}, "run.max_steps", "at least 1"),
     ({"run.max_seconds": 0}, "run.max_seconds", "above 0"),
     ({"run.verify": "maybe"}, "run.verify", "must be true or false"),

@@ -101,12 +101,15 @@ def test_a_bend_hidden_by_motion_along_the_chain_is_resolved_by_the_rtol_named(i
 
 
 @pytest.mark.parametrize("dense", [True, False])
-@pytest.mark.parametrize("integrator", ["cvode", "radau"])
-def test_a_run_whose_steps_are_longer_than_a_growth_time_stops(monkeypatch, integrator, dense):
+@pytest.mark.parametrize(("integrator", "tolerance"), [("cvode", 2e-6), ("radau", 1e-7)])
+def test_a_run_whose_steps_are_longer_than_a_growth_time_stops(
+    monkeypatch, integrator, tolerance, dense
+):
     """The column buckles at rate 143. Most of the sine is in modes that grow more slowly."""
     if not dense:
         monkeypatch.setattr(growing_modes, "DENSE", 0)
     changes = COLUMN | {"start.amplitude": 1e-5, "run.integrator": integrator}
+    changes |= {"run.rtol": tolerance, "run.atol": tolerance}
     with pytest.warns(nrchain.SceneWarning, match=r"bends grow by up to e\^200"):
         stopped = nrchain.simulate(passive(**changes))
     assert 0.0 < stopped.time[-1] < 0.1 * COLUMN["run.end"]

@@ -15,9 +15,9 @@ RADIUS, ATOL = 2.0, 1e-9
 BACKWARD = [name for name in INTEGRATORS if name != "radau"]
 
 
-def resolution(rtol=0.0, y=0.0, most=0.0, growth_limit=1.0):
+def resolution(rtol=0.0, y=0.0, most=0.0, growth_limit=1.0, share=1.0):
     atol = ATOL * np.tile(np.repeat([RADIUS, 1.0], 3), 2)
-    integrator = SimpleNamespace(atol=atol, rtol=rtol, growth_limit=growth_limit)
+    integrator = SimpleNamespace(atol=atol, rtol=rtol, growth_limit=growth_limit, share=share)
     return Resolution.of(integrator, ATOL, np.full(12, y), np.full(12, most))
 
 

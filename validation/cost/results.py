@@ -11,7 +11,7 @@ from nrchain.theory.lattice_sums import Reach
 TARGETS = (1e-2, 1e-3, 1e-6)
 """Errors for which tables and figures mark the cheapest choice."""
 TARGET_NAMES = {1e-2: "1 %", 1e-3: "0.1 %", 1e-6: "1e-6"}
-DEFAULT = "cvode", 1e-7
+DEFAULT = "radau", 1e-6
 """Integrator and tolerance of a scene that names none."""
 
 

@@ -112,5 +112,5 @@ class Leap(Integrator):
 
 def leap(scene: Scene) -> Cause | None:
     """How a run of the scene ends if its integrator leaps to the half turn."""
-    with patch.dict(INTEGRATORS, {scene.run.integrator: f"{__name__}:Leap"}):
-        return simulate(scene).cause
+    with patch.dict(INTEGRATORS, {"cvode": f"{__name__}:Leap"}):
+        return simulate(load_scene(scene, **{"run.integrator": "cvode"})).cause

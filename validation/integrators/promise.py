@@ -1,7 +1,7 @@
 """error ≤ 10 · rtol on nine scenes of ten: what a tolerance says of the error at the end of a run.
 
-An integrator may run at a tolerance c · rtol of its own, c the calibration. Then its error at a
-given rtol is its measured error at the tolerance c · rtol. Between two measured tolerances, the
+The steps of an integrator have the tolerance ``share`` · rtol. If it were c times as large, its
+error at a given rtol would be that measured at c · rtol. Between two measured tolerances, the
 logarithm of the error is interpolated.
 """
 

@@ -1,7 +1,7 @@
 """error = max(|r − r′|/a, ∠(frame, frame′)): each integrator at each tolerance, on one scene.
 
 Errors are distances from a run of Radau IIA at 1e-11, or 1e-10 with all pairs. Its own error is
-below its distance from CVODE at 1e-12, another scheme. It is also that of Radau IIA at 1e-8, in
+below its distance from CVODE at 2e-11, another scheme. It is also that of Radau IIA at 1e-8, in
 proportion to the tolerance. Scenes in which the two schemes do not meet have no reference.
 """
 
@@ -27,11 +27,11 @@ EVALUATIONS = {"cvode": 1.5, "radau": 8.0, "scipy-bdf": 2.7}
 REFERENCE = {True: 1e-11, False: 1e-10}
 """Tolerance of the reference of a scene of near neighbours, and of one with all pairs."""
 
-CHECKED = "cvode", 1e-12
+CHECKED = "cvode", 2e-11
 MEET = 1e-6
 """The run that checks a reference, and the largest distance between the two."""
 
-PILOT = "cvode", 1e-6
+PILOT = "cvode", 2e-5
 PILOTED = {True: 0.3, False: 0.1}
 """A first run decides how long a scene is: it may take this many nominal seconds. Near neighbours
 may take more, because the solves with all pairs are iterations."""
@@ -86,7 +86,7 @@ class Mapped:
     """All runs of a scene, to t = ``end``.
 
     ``path`` is the longest displacement of a sphere, in radii. ``apart`` is the distance of the
-    reference from CVODE at 1e-12, ``floor`` the bound of its error, in radii or radians.
+    reference from CVODE at 2e-11, ``floor`` the bound of its error, in radii or radians.
     """
 
     name: str

@@ -12,14 +12,14 @@ Axis = Literal["stepping", "reach", "model"]
 Changes = dict[str, Any]
 
 TOLERANCES = {
-    "cvode": (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9),
+    "cvode": (2e-2, 2e-3, 2e-4, 2e-5, 2e-6, 2e-7, 2e-8),
     "radau": (1e-3, 1e-4, 1e-5, 1e-6, 1e-7),
-    "scipy-bdf": (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8),
+    "scipy-bdf": (3e-2, 3e-3, 3e-4, 3e-5, 3e-6, 3e-7),
 }
 """Tolerances tried with each integrator. Their errors go from about 1e-2 to 1e-7 radii."""
 
-REFERENCE = "cvode", 1e-12
-SECOND_OPINION = (("radau", 1e-9), ("cvode", 1e-10))
+REFERENCE = "cvode", 2e-11
+SECOND_OPINION = (("radau", 1e-9), ("cvode", 2e-9))
 """An independent run, whose distance from the reference is taken for the error of the reference.
 The second is used where the first is refused."""
 

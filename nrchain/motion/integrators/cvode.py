@@ -41,6 +41,7 @@ class Cvode(Integrator):
     # the first pole of R(z) is at 1 at order 1, and at 1 + … + 1/q at order q: growth is damped
     # beyond it, and faster than exp(z) below it
     growth_limit = 1.0
+    share = 1.0 / 20.0
 
     def __init__(self, chain: ChartedChain, end: float, rtol: float, atol: np.ndarray) -> None:
         super().__init__(chain, end, rtol, atol)

@@ -46,6 +46,7 @@ class Radau(Integrator):
     order = 5
     # R(2) = 7.5 and exp(2) = 7.39: beyond, R departs from exp, up to its pole at 3.64
     growth_limit = 2.0
+    evaluations = 6.0
     renews_chart = True
 
     def __init__(
@@ -82,9 +83,10 @@ class Radau(Integrator):
     def _advance(self, samples: Samples, most: int, unwatched: int) -> int:
         to = samples.positions.ctypes.data, samples.frames.ctypes.data
         status, taken = steps.advance(
-            *self._state, self._equation.pair, most, unwatched, samples.times, samples.steps, *to
+            *self._state, self._equation.pair, most, unwatched, samples.times, samples.counted, *to
         )
         samples.taken = int(self._equation.counts[steps.SAMPLED])
+        samples.counted[: samples.taken, 1] += self.chain.evaluations
         self._count()
         if status != steps.ADVANCED:
             self._raise(status)

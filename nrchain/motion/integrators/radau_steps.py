@@ -361,14 +361,14 @@ def _take_step(functions, numbers, counts, vectors, pair):
 
 @kernel(nogil=True)
 def advance(
-    functions, numbers, counts, vectors, pair, most, unwatched, times, steps, positions, frames
+    functions, numbers, counts, vectors, pair, most, unwatched, times, counted, positions, frames
 ):
     """Steps up to the first that has to be looked at; returns a status and their number.
 
     These are the step after ``unwatched`` others, the last of ``most``, any that LOOK does not
     pass, and the one that passes the last of ``times`` (T,). Of all others the poses at ``times``
-    are sampled, to arrays at the addresses ``positions`` and ``frames``, with the ``steps`` (T,)
-    taken by then; counts[SAMPLED] is their number.
+    are sampled, to arrays at the addresses ``positions`` and ``frames``, with the steps and the
+    evaluations ``counted`` (T, 2) by then; counts[SAMPLED] is their number.
     """
     taken, sampled, sphere = 0, 0, 8 * (vectors.shape[1] // 6)
     counts[SAMPLED] = 0
@@ -382,7 +382,8 @@ def advance(
         if call(functions[LOOK], functions[CONTEXT], 0, 0, 0, LOOK):
             break
         while sampled < times.shape[0] and times[sampled] <= numbers[TIME]:
-            numbers[AT], steps[sampled] = times[sampled], counts[STEPS]
+            numbers[AT] = times[sampled]
+            counted[sampled, 0], counted[sampled, 1] = counts[STEPS], counts[EVALUATIONS]
             to = positions + 3 * sphere * sampled, frames + 9 * sphere * sampled
             call(functions[POSES], functions[CONTEXT], to[0], to[1], 0, POSES)
             sampled += 1

@@ -60,6 +60,7 @@ class ScipyBdf(Integrator):
     order = 5
     # the pole at order 1, as for all backward differences
     growth_limit = 1.0
+    share = 1.0 / 30.0
 
     def __init__(self, chain: ChartedChain, end: float, rtol: float, atol: np.ndarray) -> None:
         super().__init__(chain, end, max(rtol, SMALLEST_RTOL), atol)

@@ -215,4 +215,4 @@ def test_where_all_spheres_act_on_all_the_jacobian_is_never_built(name, monkeypa
 
 
 def test_scenes_take_every_integrator_by_name():
-    assert set(get_args(chain_sections.Integrator)) == set(INTEGRATORS)
+    assert set(get_args(chain_sections.Integrator)) == {"auto", *INTEGRATORS}
