@@ -2,14 +2,13 @@
 
 On a line, the twist that a slip flow gives the m-th neighbour is a sum of pure powers of m, and so
 are its derivative and the mobility of a pair. The coefficients come from the code of the
-simulation, evaluated for two spheres at a few distances, mode by mode. Elastic blocks come from a
-short ring of spheres.
+simulation, evaluated for two spheres at a few distances, mode by mode
+(:mod:`nrchain.theory.line_slip`). Elastic blocks come from a short ring of spheres.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,30 +17,24 @@ from nrchain.effects.base import Effect
 from nrchain.effects.registry import acting
 from nrchain.effects.shared.image_sums import refuse_reach
 from nrchain.errors import SceneError
-from nrchain.hydrodynamics import slip_modes
 from nrchain.hydrodynamics.slip import Slip
-from nrchain.motion.model import Model
 from nrchain.potential.chain import REACH, TERMS, Elasticity, terms_of
-from nrchain.scene.chain_sections import ChainSpec, ElasticitySpec, RunSpec
 from nrchain.scene.checks import NO_SUM
 from nrchain.scene.fluid_sections import SlipSpec
 from nrchain.scene.loading import require_scene
 from nrchain.scene.scene import Scene
 from nrchain.theory.lattice_sums import (
     MOST_TERMS,
-    STRIDE,
     Reach,
     cosine_defect,
     cosine_sum,
     power_sum,
     sine_sum,
-    take_apart,
 )
 from nrchain.theory.line_mobility import LineMobility, Sides
+from nrchain.theory.line_slip import add_powers, line_poses, slip_powers
 
 Complex = NDArray[np.complex128]
-
-_NO_ELASTICITY = ElasticitySpec(stretch=0.0, shear=0.0, twist=0.0, bend=0.0)
 
 _QUARTER = np.kron(np.eye(2), [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """A quarter turn about the chain, of (u, φ)."""
@@ -82,7 +75,7 @@ class StraightChain:
                 raise SceneError(SlipSpec.key(label), slip.strength, allowed)
             if strengths[0] != 0.0:
                 self.turning |= not slip.axis[1] == slip.axis[2] == 0.0
-                self._add_mode(label, float(strengths[0]), slip.axis)
+                self._add_mode(label, Slip(float(strengths[0]), slip.axis))
         self.own, self.own_wrench = np.zeros((2, 6, 6))
         self._check_steady()
         for effect in acting(scene):
@@ -94,29 +87,11 @@ class StraightChain:
         """Whether a rotation about the chain changes nothing."""
         return not (self.turning or self.fixed)
 
-    def _add_mode(self, label: str, strength: float, axis: tuple[float, float, float]) -> None:
-        """Evaluate pairs of a mode at several distances, and separate the powers."""
-        mode, spacing = slip_modes.find(label), self.scene.chain.spacing
-        finite_size = self.scene.slip.finite_size
-        flow = sorted({k for _, k in mode.flow(finite_size)})
-        spin = sorted({k for _, k in mode.spin(finite_size)})
-        samples = max(len(flow), len(spin))
-        twists, blocks = np.empty((samples, 2, 6)), np.empty((samples, 2, 3, 6, 6))
-        for n in range(samples):
-            pair = _straight_pair(
-                replace(self.scene.chain, particles=2, spacing=spacing * STRIDE**n, ends="free"),
-                slip=SlipSpec(modes={label: Slip(strength, axis)}, finite_size=finite_size),
-            )
-            twists[n], blocks[n] = _twists_and_blocks(pair)
-        across = np.stack([blocks[:, 0, 2], blocks[:, 1, 0]], axis=1)
-        for rows, powers in ((slice(0, 3), flow), (slice(3, 6), spin)):
-            for columns, shift in ((slice(0, 3), 1), (slice(3, 6), 0)):
-                part = across[:, :, rows, columns]
-                for power, share in take_apart(part, [k + shift for k in powers]).items():
-                    sides = self.blocks.setdefault(power, np.zeros((2, 6, 6)))
-                    sides[:, rows, columns] += share
-            for power, share in take_apart(twists[:, :, rows], powers).items():
-                self.twists.setdefault(power, np.zeros((2, 6)))[:, rows] += share
+    def _add_mode(self, label: str, slip: Slip) -> None:
+        """Add the pairs of a mode, power by power."""
+        twists, blocks = slip_powers(self.scene, label, slip)
+        add_powers(self.twists, twists)
+        add_powers(self.blocks, blocks)
 
     def _add_effect(self, effect: type[Effect]) -> None:
         """Add a uniform effect to the motion and its derivative.
@@ -203,15 +178,7 @@ class StraightChain:
 
     def elastic(self, phases: np.ndarray, moduli: tuple[float, ...]) -> Complex:
         """K(q) (..., 6, 6): the wrenches (F, T) = K (u, φ) that these moduli give."""
-        # zero terms stay, so that the kernels of the simulation are reused
-        kept = {*terms_of(self.scene.moduli), *terms_of(moduli)}
-        terms = tuple(term for term in TERMS if term in kept)
-        chain, count = self.scene.chain, 2 * REACH + 1
-        isotropic = self.scene.elasticity.measure == "isotropic"
-        ring = Elasticity(chain.spacing, count * chain.spacing, moduli, isotropic, terms)
-        blocks = np.zeros((count, count, 6, 6))
-        ring.add_jacobian(*_straight_poses(count, chain.spacing), blocks)
-        row = blocks[0]
+        row = elastic_row(self.scene, moduli)
         centre = len(row) // 2
         total = row.sum(axis=0)
         # for uniform displacement and shear the two sides cancel: remove rounding
@@ -225,26 +192,20 @@ class StraightChain:
         return operator
 
 
+def elastic_row(scene: Scene, moduli: tuple[float, ...]) -> np.ndarray:
+    """∂(F, T)_i / ∂(u, φ)_{i+m} (2w + 1, 6, 6) of an inner sphere of the straight chain at rest."""
+    # zero terms stay, so that the kernels of the simulation are reused
+    kept = {*terms_of(scene.moduli), *terms_of(moduli)}
+    terms = tuple(term for term in TERMS if term in kept)
+    chain, count = scene.chain, 2 * REACH + 1
+    isotropic = scene.elasticity.measure == "isotropic"
+    ring = Elasticity(chain.spacing, count * chain.spacing, moduli, isotropic, terms)
+    blocks = np.zeros((count, count, 6, 6))
+    ring.add_jacobian(*line_poses(count, chain.spacing), blocks)
+    return blocks[0]
+
+
 def _is_anisotropic(half: np.ndarray) -> bool:
     """Whether a quarter turn about the chain changes the columns (6, 3) of u, or of φ."""
     turned = _QUARTER @ half @ _QUARTER[:3, :3].T
     return not np.allclose(turned, half, rtol=1e-14, atol=0.0)
-
-
-def _straight_pair(chain: ChainSpec, slip: SlipSpec) -> Scene:
-    return Scene(chain=chain, elasticity=_NO_ELASTICITY, slip=slip, run=RunSpec(end=1.0))
-
-
-def _straight_poses(count: int, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    positions = np.zeros((count, 3))
-    positions[:, 0] = spacing * np.arange(count)
-    return positions, np.broadcast_to(np.eye(3), (count, 3, 3)).copy()
-
-
-def _twists_and_blocks(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Twists (N, 6) and Jacobian blocks (N, 2w + 1, 6, 6) of a straight chain along x."""
-    model = Model(scene)
-    positions, frames = _straight_poses(model.count, scene.chain.spacing)
-    blocks = np.empty((model.count, 2 * model.reach + 1, 6, 6))
-    model.linearise(positions, frames, blocks)
-    return model.twists(positions, frames), blocks
