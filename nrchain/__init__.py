@@ -50,7 +50,8 @@ if TYPE_CHECKING:
         steady_stress,
         steady_velocity,
     )
-    from nrchain.theory.rod import Rod
+    from nrchain.theory.rod import Material, Rod
+    from nrchain.theory.rod.coarse_graining import moduli
     from nrchain.trajectory.trajectory import Trajectory
     from nrchain.view import effect_plots, plots
 
@@ -95,6 +96,8 @@ _MODULE_OF = {
     "steady_stress": "nrchain.theory.lattice",
     "steady_velocity": "nrchain.theory.lattice",
     "Cause": "nrchain.outcome",
+    "Material": "nrchain.theory.rod",
+    "moduli": "nrchain.theory.rod.coarse_graining",
     "Rod": "nrchain.theory.rod",
     "describe": "nrchain.planning.description",
     "resume": "nrchain.run.simulation",
@@ -117,6 +120,7 @@ __all__ = [
     "Cause",
     "Contributions",
     "Effect",
+    "Material",
     "Member",
     "NrchainError",
     "OneBodyEffect",
@@ -146,6 +150,7 @@ __all__ = [
     "lattice_rates",
     "load_scene",
     "measure",
+    "moduli",
     "plan",
     "plots",
     "regime",

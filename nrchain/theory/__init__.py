@@ -1,1 +1,1 @@
-"""The linear theory of straight chains: infinite, finite, and as a continuous rod."""
+"""The linear theory of straight chains, infinite, finite and as a rod, and the solid they make."""
