@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from nrchain.accuracy.plan_effects import EffectPlan
     from nrchain.accuracy.timing import Measured
     from nrchain.planning.plan import Plan
+    from nrchain.theory.rod.coarse_graining import Moduli
     from nrchain.trajectory.trajectory import Trajectory
 
 ERROR_ROWS = 6
@@ -119,6 +120,50 @@ def contributions_table(effects: EffectPlan) -> Table:
     for row in effects.rows():
         table.add_row(*row)
     return table
+
+
+def moduli_table(found: Moduli) -> Table:
+    """The constants that symmetry allows a transversely isotropic chain, one a row."""
+    from nrchain.theory.rod.symmetry import classes
+
+    table = plain_table("constant", "class")
+    titles = ["slip", "elasticity", "± error"]
+    columns = [found.active.symbols(), found.elastic.symbols(), found.error.symbol_bounds()]
+    if found.logarithm.largest() > 0.0:
+        titles.append("ln(1/qd)")
+        columns.append(found.logarithm.symbols())
+    for title in titles:
+        table.add_column(title, justify="right")
+    kinds = classes()
+    for symbol in found.symmetry.symbols():
+        *values, error = (column[symbol] for column in columns[:3])
+        cells = [_value(value, error) for value in values] + [f"{error:.0e}"]
+        cells += [_value(column[symbol], error) for column in columns[3:]]
+        table.add_row(symbol, str(kinds[symbol]), *cells)
+    return table
+
+
+def entries_table(found: Moduli) -> Table:
+    """All entries of C, H and the affine parts of a chain without transverse isotropy."""
+    names = [f"{name}{n}" for name in ("ε", "τ") for n in (1, 2, 3)]
+    table = plain_table("")
+    for title in ("at rest", *names):
+        table.add_column(title, justify="right")
+    total, error, allowed = found.total, found.error, found.symmetry.allowed()
+    for matrix, affine, rows in (("C", "prestress", "FM"), ("H", "presource", "fm")):
+        for n in range(6):
+            cells = []
+            for name, index in ((affine, n), *((matrix, (n, k)) for k in range(6))):
+                value, bound = (getattr(c, name)[index] for c in (total, error))
+                cells.append(_value(value, bound) if getattr(allowed, name)[index] else "·")
+            table.add_row(f"{rows[n // 3]}{n % 3 + 1}", *cells)
+        table.add_section()
+    return table
+
+
+def _value(value: float, error: float) -> str:
+    """A number with six digits; 0 within its error."""
+    return "0" if abs(value) <= error else f"{value:.6g}"
 
 
 def work_table(found: WorkPrecision) -> Table:

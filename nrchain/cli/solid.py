@@ -1,0 +1,76 @@
+"""``nrchain solid``: the solid that the chain of a scene makes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from nrchain.cli.arguments import Changes, SceneName, load
+from nrchain.cli.exits import one_line_errors, show
+from nrchain.cli.tables import entries_table, moduli_table
+
+if TYPE_CHECKING:
+    from nrchain.theory.rod.coarse_graining import Moduli
+    from nrchain.theory.rod.material import Material
+
+
+@one_line_errors()
+def solid(
+    scene: SceneName,
+    changes: Changes = None,
+    stress: Annotated[
+        Literal["linear", "cut"],
+        typer.Option(
+            help="Stress of linear response, the paper's, or that of a cut through a uniformly"
+            " strained chain."
+        ),
+    ] = "linear",
+) -> None:
+    """Show the elastic moduli of the chain, their symmetry, and what kind of solid they make."""
+    from nrchain.theory.rod.coarse_graining import moduli
+    from nrchain.theory.rod.constants import SYMBOLS
+    from nrchain.theory.rod.material import Material
+
+    loaded, _ = load(scene, changes)
+    found = moduli(loaded, stress)
+    symmetry = found.symmetry
+    show(f"slip: {symmetry}", soft_wrap=True)
+    if symmetry.isotropic:
+        show(moduli_table(found), whole=True)
+        rest = len(SYMBOLS) - len(symmetry.symbols())
+        if rest:
+            show(f"the other {rest} of {len(SYMBOLS)} constants vanish by symmetry")
+    else:
+        show(entries_table(found), whole=True)
+    material = Material(found.total, found.drag, found.error)
+    show(f"moduli: {material.symmetry}", *_lines(found, material), soft_wrap=True)
+    if stress == "linear":
+        show("--stress cut gives the stress at finite strain, which does the work in cycles")
+
+
+def _lines(found: Moduli, material: Material) -> Iterator[str]:
+    """What the moduli make of the chain, one sentence a line."""
+    import numpy as np
+
+    if material.odd:
+        worst = float(np.abs(material.oddness).max())
+        yield f"odd: the stress has no energy, C_ab − C_ba up to {worst:.3g}"
+    else:
+        yield "hyperelastic: C is symmetric, the stress has an energy"
+    if material.sourced:
+        for name, rows in (("force", slice(0, 3)), ("torque", slice(3, 6))):
+            rest = float(np.linalg.norm(material.constants.presource[rows]))
+            strained = float(np.abs(material.constants.H[rows]).max())
+            sizes = f"{rest:.3g} at rest, up to {strained:.3g} per strain"
+            yield f"source: net {name} per length {sizes}"
+    else:
+        yield "no source: the interactions conserve momentum and angular momentum"
+    along, across, about, turning = found.drag.diagonal()[[0, 1, 3, 4]]
+    yield (
+        f"drag per length: {along:.4g} along and {across:.4g} across, of rotation {about:.4g} about"
+        f" e₁ and {turning:.4g} about an axis across"
+    )
+    if found.logarithm.largest() > 0.0:
+        yield "all pairs: some moduli depend on the wavelength, add the last column times ln(1/qd)"
