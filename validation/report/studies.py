@@ -41,6 +41,10 @@ STUDIES: dict[str, Study] = {
         "validation.long_range.run",
         "Long range: all pairs, how many neighbours, and friction between the spheres",
     ),
+    "solid": Study(
+        "validation.solid.run",
+        "The solid: symmetry classes, moduli of any chain, and work per cycle of strain",
+    ),
     "performance": Study(
         "validation.performance.run", "Performance: against common practice, and scaling with N"
     ),

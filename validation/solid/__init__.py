@@ -1,0 +1,1 @@
+"""The solid: symmetry classes, moduli, uniform states of strain and work in cycles."""
