@@ -41,6 +41,9 @@ if TYPE_CHECKING:
     from nrchain.scene.loading import load_scene
     from nrchain.scene.scene import Scene
     from nrchain.scene.toml import scene_names
+    from nrchain.states.critical import CriticalStrength, critical_strength
+    from nrchain.states.modes import Mode
+    from nrchain.states.spectrum import Spectrum, spectrum
     from nrchain.theory import lattice, rod
     from nrchain.theory.lattice import (
         Branch,
@@ -105,6 +108,11 @@ _MODULE_OF = {
     "Member": "nrchain.run.members",
     "simulate_many": "nrchain.run.ensemble",
     "Scene": "nrchain.scene.scene",
+    "CriticalStrength": "nrchain.states.critical",
+    "critical_strength": "nrchain.states.critical",
+    "Mode": "nrchain.states.modes",
+    "Spectrum": "nrchain.states.spectrum",
+    "spectrum": "nrchain.states.spectrum",
     "Slip": "nrchain.hydrodynamics.slip",
     "load_scene": "nrchain.scene.loading",
     "scene_names": "nrchain.scene.toml",
@@ -119,9 +127,11 @@ __all__ = [
     "Branch",
     "Cause",
     "Contributions",
+    "CriticalStrength",
     "Effect",
     "Material",
     "Member",
+    "Mode",
     "NrchainError",
     "OneBodyEffect",
     "Rod",
@@ -131,6 +141,7 @@ __all__ = [
     "Section",
     "Slip",
     "SlipMode",
+    "Spectrum",
     "Trajectory",
     "TrajectoryError",
     "UnknownNameError",
@@ -140,6 +151,7 @@ __all__ = [
     "contribution_sizes",
     "contributions",
     "cost",
+    "critical_strength",
     "describe",
     "effect_plots",
     "elastic_energy",
@@ -163,6 +175,7 @@ __all__ = [
     "simulate",
     "simulate_many",
     "slip_modes",
+    "spectrum",
     "steady_rotation",
     "steady_stress",
     "steady_velocity",

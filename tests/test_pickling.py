@@ -71,6 +71,13 @@ def periodic_trajectory():
 
 
 @cache
+def threshold():
+    return nrchain.critical_strength(
+        nrchain.load_scene("buckling", **{"chain.particles": 6}), "slip.2s", (200.0, 2000.0)
+    )
+
+
+@cache
 def work_precision():
     short = nrchain.load_scene("passive", **{"chain.particles": 4, "run.end": 1.0})
     return cost.work_precision(short, budget=0.5)
@@ -81,9 +88,11 @@ SPECIMENS = {
     "nrchain.Branch": lambda: nrchain.Branch.SHEAR_MINUS,
     "nrchain.Cause": lambda: nrchain.Cause.TOUCH,
     "nrchain.Contributions": lambda: nrchain.contributions(scene(), *poses()),
+    "nrchain.CriticalStrength": threshold,
     "nrchain.Effect": lambda: [e(scene()) for e in effects() if e.acts(scene())],
     "nrchain.Material": lambda: nrchain.Material.of(nrchain.load_scene("wave")),
     "nrchain.Member": lambda: next(nrchain.simulate_many([scene()])),
+    "nrchain.Mode": lambda: threshold().spectrum.leading,
     "nrchain.NrchainError": lambda: nrchain.NrchainError("a fault"),
     "nrchain.OneBodyEffect": lambda: [
         e(scene()) for e in effects() if issubclass(e, nrchain.OneBodyEffect)
@@ -95,6 +104,7 @@ SPECIMENS = {
     "nrchain.Section": lambda: [scene().chain, scene().further, StartSpec(shape="sine")],
     "nrchain.Slip": lambda: nrchain.Slip((1.0, 2.0), axis=(0.0, 1.0, 0.0)),
     "nrchain.SlipMode": lambda: slip_modes.find("2s"),
+    "nrchain.Spectrum": lambda: threshold().spectrum,
     "nrchain.Trajectory": trajectory,
     "nrchain.TrajectoryError": lambda: nrchain.TrajectoryError("runs/a: is missing"),
     "nrchain.UnknownNameError": lambda: nrchain.UnknownNameError("'a' is not known"),

@@ -21,6 +21,7 @@ from nrchain.cli.resume import resume
 from nrchain.cli.run import run
 from nrchain.cli.scenes import scenes
 from nrchain.cli.solid import solid
+from nrchain.cli.spectrum import spectrum
 from nrchain.cli.terminal import discard_output, report, transliterate_output
 from nrchain.version import __version__
 
@@ -61,7 +62,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (run, plan, resume, scenes, effects, plot, cost, solid):
+for command in (run, plan, resume, scenes, effects, plot, cost, solid, spectrum):
     app.command()(command)
 
 

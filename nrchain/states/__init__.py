@@ -1,0 +1,1 @@
+"""States of a chain and what small changes of them do: rest, steady motion, modes, thresholds."""

@@ -1,0 +1,243 @@
+"""J x = Λ x, ℓᴴ J = Λ ℓᴴ, ℓᴴ x = 1: right and left modes of given rates, modulo motions as a whole.
+
+Each group of equal rates is found by inverse iteration with J − σ and its adjoint, bordered by the
+motions as a whole. The Rayleigh quotients of right and left modes are the rates to second order.
+The error of a rate Λ has three parts: rounding of the entries of J, ε |ℓ|ᵀ|J||x|; that of the
+quotient, sᴴ (J − Λ)⁻¹ r with the residuals r and s of x and ℓ; and the change of Λ over the last
+correction of the state.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from nrchain.states.bordered import Bordered
+from nrchain.states.dense import EPSILON
+from nrchain.states.relative import Point
+from nrchain.wording import brief
+
+ITERATIONS = 4
+"""Inverse iterations: each gains the ratio of distances from the shift, more than 1e3 here."""
+
+EQUAL = 1e-7
+"""Rates that differ by less than this fraction are one rate with several modes."""
+
+NEAR, NOISE = 1e-5, 2e-15
+"""Inverse iteration takes rates together that differ by less than this fraction, or by rounding, as
+a fraction of the largest rate."""
+
+GUARD = 4
+"""Vectors beside those of a group in inverse iteration, which take up modes that are near."""
+
+Vectors = np.ndarray
+
+
+@dataclass(frozen=True)
+class Mode:
+    """Λ and its right and left modes; several if the rate is repeated.
+
+    Attributes
+    ----------
+    rate
+        Λ: its real part is the growth rate, its imaginary part the frequency, in 1/time and
+        rad/time.
+    error
+        Estimate of |Λ − Λ_exact|, see :mod:`nrchain.states.modes`.
+    right
+        (k, N, 6): (u, φ) of every sphere in the lab, modulo motions of the chain as a whole, with
+        ‖(u, φ)‖ = 1.
+    left
+        (k, N, 6): a small change (u, φ) of the state has the amplitude Σ left* · (u, φ) of the
+        mode.
+    condition
+        κ = ‖ℓ‖ ‖x‖ ≥ 1: how much a perturbation of J may change Λ; 1 if modes are orthogonal.
+    residual
+        ‖J x − Λ x‖.
+    """
+
+    rate: complex
+    error: float
+    right: np.ndarray
+    left: np.ndarray
+    condition: float
+    residual: float
+    vectors: tuple[Vectors, Vectors] = field(repr=False)
+
+    __repr__ = brief
+
+    @property
+    def growth(self) -> float:
+        """Re Λ."""
+        return self.rate.real
+
+    @property
+    def frequency(self) -> float:
+        """Im Λ."""
+        return self.rate.imag
+
+    @property
+    def multiplicity(self) -> int:
+        """Number of modes with this rate; of a pair Λ, Λ* that of one of the two."""
+        return len(self.right)
+
+
+def modes_of(point: Point, rates: np.ndarray, number: int) -> tuple[Mode, ...]:
+    """The modes of the first rates, at least ``number`` of them with the conjugate ones.
+
+    ``rates`` go from the largest real part on. Of a pair only Im Λ > 0 is given.
+    """
+    found: list[Mode] = []
+    corrected = _corrected(point)
+    noise = NOISE * float(np.abs(rates).max(initial=0.0))
+    for group in _groups(rates, number, noise):
+        found += _refine(point, corrected, group, noise)
+    found.sort(key=lambda mode: (-mode.growth, mode.frequency))
+    return tuple(found)
+
+
+def _corrected(point: Point) -> Point:
+    """The point after one more correction of the state."""
+    return point.moved(-Bordered(point).solve(point.residual))
+
+
+def _groups(rates: np.ndarray, number: int, noise: float) -> list[np.ndarray]:
+    """Rates with Im ≥ 0 in groups that inverse iteration takes together."""
+    groups: list[np.ndarray] = []
+    counted, left = 0, list(rates[rates.imag >= -EQUAL * np.abs(rates) - noise])
+    while left and counted < number:
+        first = left[0]
+        together = [abs(rate - first) <= NEAR * abs(first) + noise for rate in left]
+        group = np.array([rate for rate, near in zip(left, together, strict=True) if near])
+        left = [rate for rate, near in zip(left, together, strict=True) if not near]
+        groups.append(group)
+        counted += len(group) * (1 if _is_real(group, noise) else 2)
+    return groups
+
+
+def _is_real(rates: np.ndarray, noise: float) -> bool:
+    return bool(np.all(np.abs(rates.imag) <= EQUAL * np.abs(rates) + noise))
+
+
+def _refine(point: Point, corrected: Point, group: np.ndarray, noise: float) -> list[Mode]:
+    """Modes of a group of near rates."""
+    is_real = _is_real(group, noise)
+    center = complex(group.mean())
+    # off the rates, where the matrix is singular
+    shift = (center.real if is_real else center) * (1.0 + 1e-9) + 0.1 * noise
+    solver = Bordered(point, shift)
+    right, left = _invariant(point, solver, len(group), is_real)
+    overlap = left.conj().T @ right
+    left = left @ np.linalg.inv(overlap).conj().T
+    values, turned = np.linalg.eig(left.conj().T @ point.product(right))
+    duals = np.linalg.inv(turned).conj().T
+    chosen = np.argsort(np.abs(values - center), kind="stable")[: len(group)]
+    right, left, values = right @ turned[:, chosen], left @ duals[:, chosen], values[chosen]
+    found = []
+    for same in _equal(values, 10.0 * _rounding(point, right, left)):
+        rate, pair = values[same].mean(), _dual_bases(right[:, same], left[:, same])
+        if is_real and abs(rate.imag) <= EQUAL * abs(rate):
+            rate = rate.real
+        elif is_real and rate.imag < 0.0:
+            continue
+        found.append(_mode(point, corrected, solver, complex(rate), *pair))
+    return found
+
+
+def _invariant(
+    point: Point, solver: Bordered, count: int, is_real: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Orthonormal bases (n, k) of spaces that hold the right and the left modes of a group."""
+    generator = np.random.default_rng(3)
+    basis, n = point.neutral, point.chain.dimension
+    size = n, min(count + GUARD, n - basis.shape[1])
+    begin = generator.standard_normal(size)
+    if not is_real:
+        begin = begin + 1j * generator.standard_normal(size)
+    spaces = []
+    for solve in (solver.solve, solver.solve_adjoint):
+        space = begin - basis @ (basis.T @ begin)
+        for _ in range(ITERATIONS):
+            space = np.linalg.qr(solve(space))[0]
+        spaces.append(space)
+    return spaces[0], spaces[1]
+
+
+def _equal(values: np.ndarray, rounding: float) -> list[np.ndarray]:
+    """Indices of values that are equal to :data:`EQUAL`, or to rounding."""
+    sets: list[list[int]] = []
+    for k, value in enumerate(values):
+        for one in sets:
+            if abs(values[one[0]] - value) <= EQUAL * abs(value) + rounding:
+                one.append(k)
+                break
+        else:
+            sets.append([k])
+    return [np.array(one) for one in sets]
+
+
+def _rounding(point: Point, right: np.ndarray, left: np.ndarray) -> float:
+    """ε |ℓ|ᵀ|J||x|, the largest of all pairs: what rounding of the entries of J changes."""
+    sizes = np.abs(left).T @ (abs(point.near) @ np.abs(right))
+    return EPSILON * float(sizes.max(initial=0.0))
+
+
+def _dual_bases(right: np.ndarray, left: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Bases (n, k) of the same spaces, the right one orthonormal and the left one dual to it.
+
+    Those of a real rate that is repeated are real.
+    """
+    if right.shape[1] > 1:
+        right, rest = np.linalg.qr(right)
+        left = left @ rest.conj().T
+    else:
+        size = np.linalg.norm(right)
+        right, left = right / size, left * size
+    return right, left
+
+
+def _mode(
+    point: Point,
+    corrected: Point,
+    solver: Bordered,
+    rate: complex,
+    right: np.ndarray,
+    left: np.ndarray,
+) -> Mode:
+    """The mode of a rate with its error; right and left are biorthonormal (n, k)."""
+    rest = shape_product(point, right) - rate * right
+    drift = left.conj().T @ (shape_product(corrected, right) - shape_product(point, right))
+    quotient = _error_of_quotient(point, solver, rate, rest, right, left)
+    chain = point.chain
+    return Mode(
+        rate=complex(rate),
+        error=_rounding(point, right, left) + quotient + float(np.abs(drift).max()),
+        right=np.stack([chain.poses(x) for x in right.T]),
+        left=np.stack([chain.poses(x * chain.units**2) for x in left.T]),
+        condition=float(np.linalg.norm(left, 2)),
+        residual=float(np.linalg.norm(rest, 2)),
+        vectors=(right, left),
+    )
+
+
+def _error_of_quotient(
+    point: Point,
+    solver: Bordered,
+    rate: complex,
+    rest: np.ndarray,
+    right: np.ndarray,
+    left: np.ndarray,
+) -> float:
+    """|sᴴ (J − Λ)⁻¹ r|: the part of the Rayleigh quotient that is of second order in both modes."""
+    answer = solver.solve(rest)
+    answer -= right @ (left.conj().T @ answer)
+    left_rest = point.matrix.conj().T @ left - np.conj(rate) * left
+    return float(np.abs(left_rest.conj().T @ answer).max())
+
+
+def shape_product(point: Point, vectors: np.ndarray) -> np.ndarray:
+    """P J P · vectors."""
+    basis = point.neutral
+    vectors = point.product(vectors - basis @ (basis.T @ vectors))
+    return vectors - basis @ (basis.T @ vectors)

@@ -1,0 +1,219 @@
+"""G(X) = w(X) − g(X): the twists of a chain less its motion as a whole, and their derivative J.
+
+w are the twists of the spheres and g the motion of the chain as a whole that fits them best
+(:mod:`nrchain.states.motions`). A chain is in a state of rest or of steady motion where G = 0.
+There J = ∂G/∂(u, φ) at fixed V, Ω, s is the matrix of small changes in axes that go along with the
+chain:
+
+    J = ∂w/∂(u, φ) − [Ω×] on u, + s [e₁×] on φ.
+
+Coordinates. u displaces and φ rotates each sphere in the lab. Rotations are multiplied by the
+length ρ = √(γ_R/γ_T) = 2a/√3, so that the euclidean norm of a vector of coordinates is
+
+    ‖(u, φ)‖² = Σ_i |u_i|² + ρ² |φ_i|².
+
+In this norm J of a passive chain with one-body friction is symmetric. Held spheres have no
+coordinates. The motions that the scene allows span a space that J maps to itself; Q is an
+orthonormal basis of it, and what is orthogonal to Q changes the shape.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from nrchain.effects.base import cross_matrix
+from nrchain.motion.model import Model
+from nrchain.scene.scene import Scene
+from nrchain.states.motions import INDEPENDENT, TURN, Motion, allowed_motions, fields, moved
+from nrchain.theory.line_loads import from_blocks
+from nrchain.types import Poses
+
+DENSE = 500
+"""Spheres of the longest chain whose interactions of all pairs are kept as a matrix."""
+
+Product = Callable[[np.ndarray], np.ndarray]
+
+
+class RelativeChain:
+    """The twists of a scene less the motion of the chain as a whole, at any poses.
+
+    Attributes
+    ----------
+    free
+        Indices of the spheres that are not held.
+    units
+        (n,) of each coordinate: 1 for displacements, ρ for rotations.
+    dimension
+        n = 6 · number of free spheres.
+    """
+
+    def __init__(self, scene: Scene, poses: Poses) -> None:
+        self.scene, self.model = scene, Model(scene)
+        held = self.model.held
+        self.free = np.flatnonzero(~held)
+        self.dimension = 6 * len(self.free)
+        self.length = math.sqrt(scene.drag.rotation / scene.drag.translation)
+        self.units = np.tile(np.repeat([1.0, self.length], 3), len(self.free))
+        positions, frames = poses
+        self.origin = positions[held].mean(axis=0) if held.any() else positions.mean(axis=0)
+        self.allowed = allowed_motions(scene, self.model, positions, frames, self.origin)
+        # the point about which the model was linearised last
+        self.linearised: Point | None = None
+
+    def at(self, poses: Poses) -> Point:
+        """G at these poses."""
+        return Point(self, *poses)
+
+    def coordinates(self, twists: np.ndarray) -> np.ndarray:
+        """(n,) of (u, φ) or (v, ω) (N, 6) of the free spheres, rotations times ρ."""
+        return twists[self.free].ravel() * self.units
+
+    def poses(self, vector: np.ndarray) -> np.ndarray:
+        """(u, φ) (N, 6) of coordinates (n,), zero for held spheres; real or complex."""
+        poses = np.zeros((self.model.count, 6), vector.dtype)
+        poses[self.free] = (vector / self.units).reshape(-1, 6)
+        return poses
+
+
+class Point:
+    """G, Q and J at one pose of the chain.
+
+    Attributes
+    ----------
+    residual
+        G (n,), in coordinates.
+    motion
+        g, as :class:`~nrchain.states.motions.Motion`.
+    neutral
+        Q (n, r).
+    """
+
+    def __init__(self, chain: RelativeChain, positions: np.ndarray, frames: np.ndarray) -> None:
+        self.chain, self.positions, self.frames = chain, positions, frames
+        elementary = fields(positions, frames, chain.origin)
+        columns = np.stack([chain.coordinates(one) for one in elementary], axis=1)
+        chosen = _independent(columns, chain.allowed)
+        self.neutral, sizes, directions = _basis(columns @ chosen)
+        twists = chain.coordinates(chain.model.twists(positions, frames))
+        along = self.neutral.T @ twists
+        self.elementary = chosen @ (directions.T @ (along / sizes))
+        self.residual = twists - self.neutral @ along
+        self.motion = Motion(
+            self.elementary[:3], self.elementary[3:TURN], float(self.elementary[TURN])
+        )
+
+    @property
+    def poses(self) -> Poses:
+        """Positions (N, 3) and frames (N, 3, 3)."""
+        return self.positions, self.frames
+
+    def moved(self, vector: np.ndarray) -> Point:
+        """G at the poses changed by coordinates (n,)."""
+        return self.chain.at(moved(*self.poses, self.chain.poses(vector)))
+
+    @cached_property
+    def near(self) -> Any:
+        """J as a sparse matrix (n, n) of near neighbours: all of J if :attr:`is_banded`."""
+        chain, model = self.chain, self.chain.model
+        blocks = self._linearise()
+        blocks[:, model.reach] += self._turning
+        ratio = np.repeat([1.0, chain.length], 3)
+        blocks *= ratio[:, None] / ratio
+        matrix = from_blocks(blocks, periodic=model.period > 0.0)
+        if not model.held.any():
+            return matrix
+        kept = np.ravel(6 * chain.free[:, None] + np.arange(6))
+        return matrix[kept][:, kept].tocsc()
+
+    def _linearise(self) -> np.ndarray:
+        """Take the derivative of the model here; returns its blocks (N, 2w + 1, 6, 6)."""
+        model = self.chain.model
+        blocks = np.empty((model.count, 2 * model.reach + 1, 6, 6))
+        model.linearise(self.positions, self.frames, blocks)
+        self.chain.linearised = self
+        return blocks
+
+    @property
+    def is_banded(self) -> bool:
+        """Whether interactions of near neighbours are all there are."""
+        return self.chain.model.is_banded
+
+    @cached_property
+    def matrix(self) -> Any:
+        """J, sparse for near neighbours and dense for all pairs; None for too many spheres."""
+        near = self.near
+        if self.is_banded:
+            return near
+        if self.chain.model.count > DENSE:
+            return None
+        columns = np.empty((self.chain.dimension,) * 2)
+        for unit, column in zip(np.eye(self.chain.dimension), columns, strict=True):
+            column[:] = self._product(unit)
+        return columns.T
+
+    def product(self, vector: np.ndarray) -> np.ndarray:
+        """J · vector (n,) or (n, k), real or complex."""
+        if self.matrix is not None:
+            return self.matrix @ vector
+        if vector.ndim == 2:
+            return np.stack([self.product(column) for column in vector.T], axis=1)
+        if np.iscomplexobj(vector):
+            return self._product(vector.real.copy()) + 1j * self._product(vector.imag.copy())
+        return self._product(vector)
+
+    def _product(self, vector: np.ndarray) -> np.ndarray:
+        """J · vector with all pairs."""
+        if self.chain.linearised is not self:
+            self._linearise()
+        poses = self.chain.poses(vector)
+        twists = np.einsum("npq,nq->np", self._turning, poses)
+        self.chain.model.add_product(poses, twists)
+        return self.chain.coordinates(twists)
+
+    @cached_property
+    def _turning(self) -> np.ndarray:
+        """−∂g/∂(u, φ) (N, 6, 6) at fixed V, Ω and s."""
+        own = np.zeros((self.chain.model.count, 6, 6))
+        own[:, :3, :3] = -cross_matrix(self.motion.rotation[None])
+        own[:, 3:, 3:] = self.motion.turn * cross_matrix(self.frames[:, 0])
+        return own
+
+    @cached_property
+    def largest(self) -> float:
+        """max |G|, as a velocity of a free sphere or a times its angular velocity."""
+        chain = self.chain
+        parts = (self.residual / chain.units).reshape(-1, 2, 3)
+        sizes = np.linalg.norm(parts, axis=2) * [1.0, chain.scene.chain.radius]
+        return float(sizes.max(initial=0.0))
+
+
+def _independent(columns: np.ndarray, allowed: np.ndarray) -> np.ndarray:
+    """The allowed combinations; without a turn that is a rotation of the chain as a whole.
+
+    On a straight chain the turn about e₁ and the rotation about its axis are one motion.
+    """
+    rigid = allowed[:, np.abs(allowed[TURN]) == 0.0]
+    turning = allowed[:, np.abs(allowed[TURN]) > 0.0]
+    if not turning.size or not rigid.size:
+        return allowed
+    basis, _, _ = _basis(columns @ rigid)
+    image = columns @ turning
+    rest = image - basis @ (basis.T @ image)
+    if np.linalg.norm(rest) > INDEPENDENT * np.linalg.norm(image):
+        return allowed
+    return rigid
+
+
+def _basis(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(Q, σ, Vᵀ) with columns = Q σ Vᵀ, without directions that are dependent to rounding."""
+    lengths = np.linalg.norm(columns, axis=0)
+    scales = np.where(lengths > 0.0, lengths, 1.0)
+    basis, sizes, directions = np.linalg.svd(columns / scales, full_matrices=False)
+    kept = sizes > INDEPENDENT * max(float(sizes.max(initial=0.0)), 1e-300)
+    kept &= sizes * lengths.max(initial=0.0) > 1e-9
+    return basis[:, kept], sizes[kept], directions[kept] / scales

@@ -1,0 +1,246 @@
+"""Λ of J about a state: growth, modes, sensitivities and transient growth of a finite chain.
+
+:func:`spectrum` finds the state first (:mod:`nrchain.states.newton`), then the eigenvalues of the
+matrix of small changes in axes that go along with the chain (:mod:`nrchain.states.relative`). The
+motions of the chain as a whole are set apart: a free chain has six, with rates 0 and, if it spins
+at Ω, ±iΩ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from nrchain.errors import SceneError
+from nrchain.inputs.arguments import finite_array, rotations
+from nrchain.scene.loading import require_scene
+from nrchain.scene.scene import Scene
+from nrchain.scene.unwrapping import unwrapped_chain
+from nrchain.states import dense, krylov, sensitivity, transient
+from nrchain.states.bordered import Bordered
+from nrchain.states.modes import Mode, modes_of
+from nrchain.states.motions import NAMES
+from nrchain.states.newton import SteadyState, find_steady_state
+from nrchain.states.parameters import parameters
+from nrchain.states.relative import Point, RelativeChain
+from nrchain.states.transient import Transient
+from nrchain.theory.line_loads import refuse_bending, straight_poses
+from nrchain.types import Poses
+from nrchain.wording import brief
+
+DENSE = 500
+"""Spheres of the longest chain of which all eigenvalues are computed."""
+
+MODES = 10
+"""Leading modes that are computed unless more are asked for."""
+
+
+@dataclass(frozen=True)
+class Neutral:
+    """The motions of a chain as a whole that change neither its shape nor its law.
+
+    Attributes
+    ----------
+    names
+        The elementary motions that take part.
+    rates
+        (r,) their rates: 0, and ±iΩ on a chain that spins, whose axis and velocity turn.
+    error
+        ‖J Q − Q A‖: by how much J does not map these motions to themselves; rounding.
+    """
+
+    names: tuple[str, ...]
+    rates: np.ndarray
+    error: float
+
+    __repr__ = brief
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """The rates and modes of small changes of a state.
+
+    Attributes
+    ----------
+    scene, state
+        The scene, and the state that was found.
+    modes
+        Leading modes, from the fastest growth on; of a pair Λ, Λ* the one with Im Λ > 0.
+    neutral
+        The motions of the chain as a whole, which are no modes of its shape.
+    rates
+        Eigenvalues of the shape, from the largest real part on: all of them if ``is_whole``.
+    is_whole
+        Whether all eigenvalues were computed. If not, these are the ones near the two axes.
+    abscissa
+        ω(J), the largest growth rate of the norm of a small change.
+    """
+
+    scene: Scene
+    state: SteadyState
+    modes: tuple[Mode, ...]
+    neutral: Neutral
+    rates: np.ndarray
+    is_whole: bool
+    abscissa: float
+    is_straight: bool = field(repr=False)
+
+    __repr__ = brief
+
+    @property
+    def leading(self) -> Mode:
+        """The mode of fastest growth."""
+        return self.modes[0]
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether all modes of the shape decay, by more than the error of their rates."""
+        return all(mode.growth < -mode.error for mode in self.modes)
+
+    def sensitivities(
+        self, mode: Mode | None = None, keys: Collection[str] | None = None
+    ) -> dict[str, complex]:
+        """dΛ/dp of a mode, by default the leading one, with each number p of the scene.
+
+        ``keys`` chooses among the numbers; ``slip.2s[3]`` is the strength of sphere 3 in a list.
+        Held spheres of a straight chain stay (N − 1) d apart; those of given poses keep their
+        places. The poses of a periodic chain stretch with its period.
+        """
+        point = self.point()
+        if point.matrix is None:
+            allowed = f"must be at most {DENSE} for sensitivities with interactions of all pairs"
+            raise SceneError("chain.particles", self.scene.chain.particles, allowed)
+        factors, chosen = Bordered(point), self.leading if mode is None else mode
+        return {
+            one.key: sensitivity.derivative(point, factors, chosen, one, self._carried)
+            for one in parameters(self.scene)
+            if keys is None or one.key in keys
+        }
+
+    def transient_growth(self) -> Transient | None:
+        """max_t ‖exp(J t)‖ over changes of shape; None where the matrix is too large."""
+        return transient.transient_growth(self.point(), self.leading.growth, self.abscissa)
+
+    def point(self) -> Point:
+        """The state with its matrix J."""
+        return RelativeChain(self.scene, self.state.poses).at(self.state.poses)
+
+    def _carried(self, scene: Scene) -> Poses:
+        """The poses of the state for a scene with another number."""
+        positions, frames = self.state.poses
+        positions = positions.copy()
+        if self.is_straight:
+            positions += straight_poses(scene)[0] - straight_poses(self.scene)[0]
+        elif scene.period != self.scene.period:
+            positions[:, 0] *= scene.period / self.scene.period
+        return positions, frames
+
+
+def spectrum(scene: Scene, at: Any = None, modes: int = MODES) -> Spectrum:
+    """Λ, x and ℓ with J x = Λ x of small changes of a state of rest or of steady motion.
+
+    Parameters
+    ----------
+    scene
+        Any ends, effects and strengths, without ``effects = "auto"``.
+    at
+        Poses near the state: ``(positions, frames)``, or a trajectory, whose last snapshot is
+        taken. By default the straight chain. Newton's method goes from there to the state itself.
+    modes
+        Number of leading eigenvalues whose modes are computed.
+
+    Raises :class:`~nrchain.errors.SceneError` if no state is near these poses, with the velocity
+    that is left, and the flow or field that forbids one.
+
+    >>> from nrchain import load_scene
+    >>> found = spectrum(load_scene("buckling", **{"slip.2s": 40.0}))
+    >>> found.is_stable, found.leading.multiplicity
+    (True, 2)
+    """
+    require_scene(scene)
+    poses = straight_poses(scene) if at is None else _given_poses(scene, at)
+    state = _find_state(scene, poses, at is None)
+    chain = RelativeChain(scene, state.poses)
+    if not chain.dimension:
+        raise SceneError("chain.particles", scene.chain.particles, "leaves no sphere free to move")
+    point = chain.at(state.poses)
+    is_whole = scene.chain.particles <= DENSE
+    if is_whole:
+        abscissa = transient.numerical_abscissa(dense.shape_matrix(point))
+        rates = dense.all_rates(point)
+    else:
+        abscissa = krylov.numerical_abscissa(point)
+        rates = krylov.leading_rates(point, modes, abscissa)
+    return Spectrum(
+        scene=scene,
+        state=state,
+        modes=modes_of(point, rates, modes),
+        neutral=_neutral(point),
+        rates=rates,
+        is_whole=is_whole,
+        abscissa=abscissa,
+        is_straight=at is None,
+    )
+
+
+def _given_poses(scene: Scene, at: Any) -> Poses:
+    """Checked poses of an argument: a pair of arrays, or the last snapshot of a trajectory."""
+    if hasattr(at, "positions") and hasattr(at, "frames"):
+        positions, frames = np.asarray(at.positions), np.asarray(at.frames)
+        pair = (positions[-1], frames[-1]) if positions.ndim == 3 else (positions, frames)
+    else:
+        try:
+            pair = tuple(at)
+        except TypeError:
+            pair = ()  # type: ignore[assignment]
+        if len(pair) != 2:
+            raise SceneError("at", at, "must be (positions, frames) or a trajectory")
+    count = scene.chain.particles
+    positions = unwrapped_chain(scene, finite_array("at", pair[0], (count, 3)), "at")
+    return positions, rotations(pair[1], count, key="at")
+
+
+def _find_state(scene: Scene, poses: Poses, straight: bool) -> SteadyState:
+    """The state near these poses, or an error that says how far from rest they are."""
+    chain = RelativeChain(scene, poses)
+    begin = chain.at(poses)
+    if straight:
+        refuse_bending(scene, poses, chain.model.twists(*poses))
+    state = find_steady_state(scene, poses)
+    spacing = scene.chain.spacing
+    away = np.linalg.norm(_shape_of(state.poses) - _shape_of(poses), axis=1).max()
+    if state.found and (straight or away <= spacing):
+        return state
+    left = f"spheres move relative to each other at up to {begin.largest:.3g}"
+    if state.found:
+        found = f"the state that Newton's method finds from there is {away:.3g} away"
+    else:
+        found = f"Newton's method ends with {state.residual:.3g}"
+    for effect in chain.model.further_effects:
+        if not effect.covariant:
+            allowed = f"forbids a state of steady motion near these poses: {left}, and {found}"
+            raise SceneError(effect.key, effect.detail(scene), allowed)
+    where = "the straight chain" if straight else "the given poses"
+    remedy = "; begin nearer to a state, such as the end of a run that has settled"
+    raise SceneError("at", where, f"is no state: {left}, and {found}{remedy}")
+
+
+def _shape_of(poses: Poses) -> np.ndarray:
+    """Distances (N, 2) of spheres in the chain that no motion as a whole changes."""
+    positions = poses[0]
+    away = np.linalg.norm(positions - positions.mean(axis=0), axis=1)
+    return np.stack([away, np.linalg.norm(positions - positions[0], axis=1)], axis=1)
+
+
+def _neutral(point: Point) -> Neutral:
+    """The motions as a whole, with the matrix A of J Q = Q A."""
+    basis = point.neutral
+    image = point.product(basis) if basis.shape[1] else np.zeros_like(basis)
+    own = basis.T @ image
+    weights = np.abs(point.chain.allowed).max(axis=1, initial=0.0)
+    names = tuple(name for name, weight in zip(NAMES, weights, strict=True) if weight > 0.0)
+    error = float(np.abs(image - basis @ own).max(initial=0.0))
+    return Neutral(names, dense.in_order(np.linalg.eigvals(own).astype(complex)), error)
