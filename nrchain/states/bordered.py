@@ -27,17 +27,23 @@ KRYLOV = 80
 
 
 class Bordered:
-    """Solves (J − σ) x + Q m = b with Qᵀ x = 0, and its adjoint, at one point."""
+    """Solves (J − σ) x + Q m = b with Qᵀ x = 0, and its adjoint, at one point.
 
-    def __init__(self, point: Point, shift: complex = 0.0) -> None:
+    With ``by_products``, interactions of all pairs are taken by products, as for single solutions,
+    and there is no adjoint. Otherwise their matrix is factorised up to
+    :data:`nrchain.states.relative.DENSE` spheres.
+    """
+
+    def __init__(self, point: Point, shift: complex = 0.0, *, by_products: bool = False) -> None:
         self._point, self._shift = point, complex(shift)
         self._kind = complex if self._shift.imag else float
         if not self._shift.imag:
             self._shift = self._shift.real
-        matrix = point.matrix
-        iterative = matrix is None
-        self._direct = _Factors(point.near if iterative else matrix, point.neutral, self._shift)
-        self._iterative = iterative
+        products = by_products and not point.is_banded
+        matrix = None if products else point.matrix
+        self.is_direct = matrix is not None
+        near = point.near if matrix is None else matrix
+        self._direct = _Factors(near, point.neutral, self._shift)
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """x (n,) or (n, k)."""
@@ -45,12 +51,11 @@ class Bordered:
             return np.stack([self.solve(column) for column in right.T], axis=1)
         if self._kind is float and np.iscomplexobj(right):
             return self.solve(right.real.copy()) + 1j * self.solve(right.imag.copy())
-        if self._iterative:
-            return self._gmres(right)
-        return self._direct.solve(right, "N")
+        return self._direct.solve(right, "N") if self.is_direct else self._gmres(right)
 
     def solve_adjoint(self, right: np.ndarray) -> np.ndarray:
-        """x of the conjugate transpose; None of the iterative kind."""
+        """x of the conjugate transpose."""
+        assert self.is_direct
         if right.ndim == 2:
             return np.stack([self.solve_adjoint(column) for column in right.T], axis=1)
         if self._kind is float and np.iscomplexobj(right):
@@ -70,15 +75,11 @@ class Bordered:
             vector = shape(vector)
             return shape(self._point.product(vector) - self._shift * vector)
 
-        def precondition(vector: np.ndarray) -> np.ndarray:
-            return self._direct.solve(vector, "N")
+        def preconditioned(vector: np.ndarray) -> np.ndarray:
+            return self._direct.solve(times(vector), "N")
 
-        operators = (
-            LinearOperator((n, n), matvec=function, dtype=self._kind)
-            for function in (lambda v: precondition(times(v)),)
-        )
-        begin = precondition(shape(right))
-        (operator,) = operators
+        operator = LinearOperator((n, n), matvec=preconditioned, dtype=self._kind)
+        begin = self._direct.solve(shape(right), "N")
         found, left = gmres(operator, begin, rtol=ITERATIVE, atol=0.0, restart=KRYLOV, maxiter=10)
         if left:
             raise FloatingPointError("the linear system of all pairs does not converge")

@@ -8,6 +8,8 @@ it; the next shift is where its disc meets the last one.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from nrchain.states.bordered import Bordered
@@ -17,63 +19,100 @@ from nrchain.states.relative import Point
 NEAREST = 12
 """Eigenvalues that are computed about each shift."""
 
-SHIFTS = 12
-"""Most shifts on each axis."""
+SHIFTS, RESTARTS = 20, 30
+"""Most shifts, and most restarts of the iteration about each."""
 
-SAME = 1e-6
-"""Relative difference of eigenvalues that two shifts find, below which they are one."""
+EDGE = 1e-4
+"""The discs are smaller than the distance of the last eigenvalue by this fraction."""
+
+APPROACH = 0.1
+"""By this factor a shift comes nearer to the largest eigenvalue."""
 
 
 def leading_rates(point: Point, number: int, abscissa: float) -> np.ndarray:
     """The eigenvalues found, from the largest real part on; at least ``number`` of them."""
-    nearest = max(NEAREST, number)
-    found, radius = _nearest(point, 0.0, nearest)
-    frequency = _largest_frequency(point)
-    for direction, end in ((1.0 + 0.0j, abscissa), (1j, frequency)):
-        covered = radius
-        for _ in range(SHIFTS):
-            if covered >= end or not np.isfinite(covered):
+    search = _Search(point, max(NEAREST, number))
+    covered = search.look(0.0)
+    for direction, end in ((1.0 + 0.0j, abscissa), (1j, _largest_frequency(point))):
+        reached = covered
+        while reached < end and search.shifts < SHIFTS:
+            shift = min(2.0 * reached, end)
+            radius = search.look(shift * direction)
+            if not radius:
                 break
-            shift = min(2.0 * covered, end)
-            more, reached = _nearest(point, shift * direction, nearest)
-            while shift - reached > covered * (1.0 + SAME) and shift > 1.05 * covered:
-                # the discs leave a gap: begin the next one nearer
-                shift = 0.5 * (shift + covered)
-                more, reached = _nearest(point, shift * direction, nearest)
-            found = _union(found, more)
-            covered = max(shift + reached, 1.05 * covered)
+            while radius and shift - radius > reached and search.shifts < SHIFTS:
+                # the discs leave a gap: the next one lies nearer
+                shift = 0.5 * (shift + reached)
+                radius = search.look(shift * direction)
+            reached = max(shift + radius, 1.05 * reached)
+    if not search.found:
+        raise FloatingPointError("no eigenvalues are found near zero")
+    found = np.array(search.found)
     return in_order(np.concatenate([found, found[found.imag > 0.0].conj()]))
+
+
+class _Search:
+    """The eigenvalues with Im ≥ 0 in the discs that were searched so far."""
+
+    def __init__(self, point: Point, nearest: int) -> None:
+        self._point, self._nearest = point, nearest
+        self._discs: list[tuple[complex, float]] = []
+        self.found: list[complex] = []
+        self.shifts = 0
+
+    def look(self, shift: complex) -> float:
+        """Search the disc of the eigenvalues nearest to a shift; returns its radius."""
+        self.shifts += 1
+        rates = _nearest(self._point, shift, self._nearest)
+        if not len(rates):
+            # far from all eigenvalues none is nearest
+            return 0.0
+        distances = np.abs(rates - shift)
+        # the farthest may have a partner that was not found
+        radius = (1.0 - EDGE) * float(distances.max())
+        if distances.min() >= radius:
+            radius = (1.0 + EDGE) * float(distances.max())
+        for rate in rates[(distances < radius) & (rates.imag >= 0.0)]:
+            if all(abs(rate - center) >= size for center, size in self._discs):
+                self.found.append(complex(rate))
+        self._discs += [(complex(shift), radius), (complex(shift).conjugate(), radius)]
+        return radius
 
 
 def numerical_abscissa(point: Point) -> float:
     """ω: the largest eigenvalue of the symmetric part of P J P of a long chain.
 
-    It is the one nearest to any shift above it; the shift is raised until all found are below it.
+    A shift above all eigenvalues comes down to a tenth of its distance from the largest, until it
+    is near. With interactions of all pairs, those of near neighbours alone.
     """
+    near = point.near
+    symmetric = _Symmetric(point, (near + near.T) * 0.5)
+    shift = float(abs(symmetric.near).sum(axis=0).max()) + 1e-300
+    least = shift * 1e-12
+    while True:
+        largest = _largest_below(symmetric, shift, 1e-2)
+        if shift - largest <= max(0.1 * abs(largest), least):
+            return _largest_below(symmetric, shift, 1e-9)
+        shift = largest + APPROACH * (shift - largest)
+
+
+def _largest_below(symmetric: _Symmetric, shift: float, tolerance: float) -> float:
+    """The eigenvalue nearest to a shift above all, to a part of its distance."""
     from scipy.sparse.linalg import LinearOperator, eigsh
 
-    near, basis, n = point.near, point.neutral, point.chain.dimension
-    symmetric = _Symmetric(point, (near + near.T) * 0.5)
-    shift = (
-        float(np.abs(point.chain.model.twists(*point.poses)).max()) / point.chain.scene.chain.radius
-    )
-    shift = max(shift, 1e-6)
-    for _ in range(40):
-        solver = Bordered(symmetric, shift)  # type: ignore[arg-type]
-        inverse = LinearOperator((n, n), matvec=solver.solve, dtype=float)
-        begin = np.cos(np.arange(n) + 1.0)
-        begin -= basis @ (basis.T @ begin)
-        values = shift + 1.0 / eigsh(inverse, 4, v0=begin, return_eigenvectors=False, tol=1e-10)
-        if values.max() < shift:
-            return float(values.max())
-        shift = 4.0 * float(values.max())
-    return float(values.max())
+    n, basis = symmetric.near.shape[0], symmetric.neutral
+    solver = Bordered(symmetric, shift)  # type: ignore[arg-type]
+    inverse = LinearOperator((n, n), matvec=solver.solve, dtype=float)
+    begin = np.cos(np.arange(n) + 1.0)
+    begin -= basis @ (basis.T @ begin)
+    found = eigsh(inverse, 1, which="SA", v0=begin, return_eigenvectors=False, tol=tolerance)
+    return float(shift + 1.0 / found[0])
 
 
 class _Symmetric:
     """The symmetric part of J in place of J."""
 
-    def __init__(self, point: Point, near: object) -> None:
+    def __init__(self, point: Point, near: Any) -> None:
         self.near, self.neutral, self.chain = near, point.neutral, point.chain
         self.matrix = near
 
@@ -92,38 +131,30 @@ def _largest_frequency(point: Point) -> float:
     return float(values.max())
 
 
-def _nearest(point: Point, shift: complex, number: int) -> tuple[np.ndarray, float]:
-    """The eigenvalues nearest to a shift, with Im ≥ 0, and the radius of the disc they fill."""
+def _nearest(point: Point, shift: complex, number: int) -> np.ndarray:
+    """The eigenvalues nearest to a shift."""
     from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs
 
     n, basis = point.chain.dimension, point.neutral
-    real = complex(shift).imag == 0.0
-    kind = float if real else complex
+    kind = complex if complex(shift).imag else float
     solver = Bordered(point, shift)
     inverse = LinearOperator((n, n), matvec=solver.solve, dtype=kind)
     begin = np.cos(np.arange(n) + 1.0)
     begin = (begin - basis @ (basis.T @ begin)).astype(kind)
+    number = min(number, n - basis.shape[1] - 2)
     try:
-        values = eigs(inverse, number, v0=begin, return_eigenvectors=False, tol=1e-8)
+        values = eigs(
+            inverse,
+            number,
+            v0=begin,
+            ncv=min(4 * number, n - basis.shape[1]),
+            return_eigenvectors=False,
+            tol=1e-9,
+            maxiter=RESTARTS,
+        )
     except ArpackNoConvergence as short:
         values = short.eigenvalues
-    if not len(values):
-        raise FloatingPointError(f"no eigenvalues are found near {shift:.3g}")
-    distances = 1.0 / values
-    rates = shift + distances
-    if real:
+    rates = np.asarray(shift + 1.0 / values, complex)
+    if kind is float:
         rates = np.where(np.abs(rates.imag) < 1e-12 * np.abs(rates), rates.real, rates)
-    return rates[rates.imag >= 0.0], float(np.abs(distances).max())
-
-
-def _union(known: np.ndarray, more: np.ndarray) -> np.ndarray:
-    """Both, without the eigenvalues of ``more`` that are known as often."""
-    left = list(known)
-    out = list(known)
-    for rate in more:
-        near = [k for k, other in enumerate(left) if abs(other - rate) <= SAME * abs(rate)]
-        if near:
-            left.pop(near[0])
-        else:
-            out.append(rate)
-    return np.array(out)
+    return rates

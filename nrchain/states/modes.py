@@ -5,10 +5,15 @@ motions as a whole. The Rayleigh quotients of right and left modes are the rates
 The error of a rate Λ has three parts: rounding of the entries of J, ε |ℓ|ᵀ|J||x|; that of the
 quotient, sᴴ (J − Λ)⁻¹ r with the residuals r and s of x and ℓ; and the change of Λ over the last
 correction of the state.
+
+Beyond :data:`nrchain.states.relative.DENSE` spheres with interactions of all pairs there are no
+left modes: they and κ are NaN, and the residual stands for the second part of the error, as for
+modes that are orthogonal.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -99,7 +104,7 @@ def modes_of(point: Point, rates: np.ndarray, number: int) -> tuple[Mode, ...]:
 
 def _corrected(point: Point) -> Point:
     """The point after one more correction of the state."""
-    return point.moved(-Bordered(point).solve(point.residual))
+    return point.moved(-Bordered(point, by_products=True).solve(point.residual))
 
 
 def _groups(rates: np.ndarray, number: int, noise: float) -> list[np.ndarray]:
@@ -156,12 +161,13 @@ def _invariant(
     if not is_real:
         begin = begin + 1j * generator.standard_normal(size)
     spaces = []
-    for solve in (solver.solve, solver.solve_adjoint):
+    solves = (solver.solve, solver.solve_adjoint) if solver.is_direct else (solver.solve,)
+    for solve in solves:
         space = begin - basis @ (basis.T @ begin)
         for _ in range(ITERATIONS):
             space = np.linalg.qr(solve(space))[0]
         spaces.append(space)
-    return spaces[0], spaces[1]
+    return spaces[0], spaces[-1]
 
 
 def _equal(values: np.ndarray, rounding: float) -> list[np.ndarray]:
@@ -207,16 +213,20 @@ def _mode(
 ) -> Mode:
     """The mode of a rate with its error; right and left are biorthonormal (n, k)."""
     rest = shape_product(point, right) - rate * right
+    rounding = _rounding(point, right, left)
     drift = left.conj().T @ (shape_product(corrected, right) - shape_product(point, right))
-    quotient = _error_of_quotient(point, solver, rate, rest, right, left)
-    chain = point.chain
+    residual, chain = float(np.linalg.norm(rest, 2)), point.chain
+    if solver.is_direct:
+        quotient = _error_of_quotient(point, solver, rate, rest, right, left)
+    else:
+        quotient, left = residual, np.full_like(left, np.nan)
     return Mode(
         rate=complex(rate),
-        error=_rounding(point, right, left) + quotient + float(np.abs(drift).max()),
+        error=rounding + quotient + float(np.abs(drift).max()),
         right=np.stack([chain.poses(x) for x in right.T]),
         left=np.stack([chain.poses(x * chain.units**2) for x in left.T]),
-        condition=float(np.linalg.norm(left, 2)),
-        residual=float(np.linalg.norm(rest, 2)),
+        condition=float(np.linalg.norm(left, 2)) if solver.is_direct else math.nan,
+        residual=residual,
         vectors=(right, left),
     )
 

@@ -102,7 +102,7 @@ def solve(point: Point) -> tuple[Point, float, int, bool]:
     spacing, damping = point.chain.scene.chain.spacing, 1.0
     for steps in range(STEPS):
         try:
-            factors = Bordered(point)
+            factors = Bordered(point, by_products=True)
             change = -factors.solve(point.residual)
         except FloatingPointError:
             return point, np.inf, steps, False

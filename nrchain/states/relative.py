@@ -157,8 +157,11 @@ class Point:
         return columns.T
 
     def product(self, vector: np.ndarray) -> np.ndarray:
-        """J · vector (n,) or (n, k), real or complex."""
-        if self.matrix is not None:
+        """J · vector (n,) or (n, k), real or complex.
+
+        A matrix of all pairs is used if there is one already, and not made for a product.
+        """
+        if self.is_banded or vars(self).get("matrix") is not None:
             return self.matrix @ vector
         if vector.ndim == 2:
             return np.stack([self.product(column) for column in vector.T], axis=1)

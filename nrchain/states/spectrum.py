@@ -15,7 +15,9 @@ from typing import Any
 import numpy as np
 
 from nrchain.errors import SceneError
+from nrchain.geometry.near_pairs import closest_pair
 from nrchain.inputs.arguments import finite_array, rotations
+from nrchain.motion.contact import contact_distance
 from nrchain.scene.loading import require_scene
 from nrchain.scene.scene import Scene
 from nrchain.scene.unwrapping import unwrapped_chain
@@ -109,11 +111,12 @@ class Spectrum:
         Held spheres of a straight chain stay (N − 1) d apart; those of given poses keep their
         places. The poses of a periodic chain stretch with its period.
         """
-        point = self.point()
-        if point.matrix is None:
-            allowed = f"must be at most {DENSE} for sensitivities with interactions of all pairs"
+        chosen = self.leading if mode is None else mode
+        if not np.isfinite(chosen.condition):
+            allowed = f"must be at most {DENSE} for left modes with interactions of all pairs"
             raise SceneError("chain.particles", self.scene.chain.particles, allowed)
-        factors, chosen = Bordered(point), self.leading if mode is None else mode
+        point = self.point()
+        factors = Bordered(point, by_products=True)
         return {
             one.key: sensitivity.derivative(point, factors, chosen, one, self._carried)
             for one in parameters(self.scene)
@@ -213,6 +216,7 @@ def _find_state(scene: Scene, poses: Poses, straight: bool) -> SteadyState:
     spacing = scene.chain.spacing
     away = np.linalg.norm(_shape_of(state.poses) - _shape_of(poses), axis=1).max()
     if state.found and (straight or away <= spacing):
+        _refuse_contact(scene, state)
         return state
     left = f"spheres move relative to each other at up to {begin.largest:.3g}"
     if state.found:
@@ -226,6 +230,18 @@ def _find_state(scene: Scene, poses: Poses, straight: bool) -> SteadyState:
     where = "the straight chain" if straight else "the given poses"
     remedy = "; begin nearer to a state, such as the end of a run that has settled"
     raise SceneError("at", where, f"is no state: {left}, and {found}{remedy}")
+
+
+def _refuse_contact(scene: Scene, state: SteadyState) -> None:
+    """Raise if spheres overlap in a state: their loads press the links together."""
+    distance, i, j = closest_pair(state.positions, scene.period)
+    contact = contact_distance(scene)
+    if distance <= contact:
+        allowed = (
+            f"overlap in the state, {distance:.4g} apart: the loads of the links exceed their"
+            " stiffness; raise elasticity.ratio"
+        )
+        raise SceneError("at", f"spheres {i} and {j}", allowed)
 
 
 def _shape_of(poses: Poses) -> np.ndarray:

@@ -23,6 +23,9 @@ import numpy as np
 from nrchain.states.dense import parts, shape_matrix
 from nrchain.states.relative import Point
 
+SPHERES = 500
+"""Spheres of the longest chain whose exponential is computed."""
+
 LARGEST_PART = 1500
 """Largest matrix whose exponential is computed; it takes a minute."""
 
@@ -62,13 +65,14 @@ def numerical_abscissa(matrix: np.ndarray) -> float:
 def transient_growth(point: Point, leading: float, abscissa: float) -> Transient | None:
     """The largest transient growth of a chain whose leading rate and ω are given.
 
-    None if its matrix has parts larger than :data:`LARGEST_PART`.
+    None for more than :data:`SPHERES`, or if parts of the matrix are larger than
+    :data:`LARGEST_PART`.
     """
     if leading >= 0.0:
         return Transient(math.inf, math.inf)
     if abscissa <= 0.0:
         return Transient(1.0, 0.0)
-    if point.matrix is None:
+    if point.chain.model.count > SPHERES:
         return None
     matrix = shape_matrix(point)
     pieces = parts(matrix)
