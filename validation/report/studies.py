@@ -45,6 +45,10 @@ STUDIES: dict[str, Study] = {
         "validation.solid.run",
         "The solid: symmetry classes, moduli of any chain, and work per cycle of strain",
     ),
+    "spectrum": Study(
+        "validation.spectrum.run",
+        "Finite chains: rates about their states, buckling, coiling and flutter",
+    ),
     "performance": Study(
         "validation.performance.run", "Performance: against common practice, and scaling with N"
     ),

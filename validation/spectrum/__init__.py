@@ -1,0 +1,1 @@
+"""Finite chains: rates about states, and the strengths at which they turn unstable."""
