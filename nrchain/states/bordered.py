@@ -100,14 +100,18 @@ class _Factors:
         if self._sparse:
             self._factors = _sparse_factors(matrix, basis, shift)
         else:
-            from scipy.linalg import lu_factor
+            from scipy.linalg.lapack import get_lapack_funcs
 
             n = self._n
             whole = np.zeros((n + self._border,) * 2, self._kind)
             whole[:n, :n] = matrix
             whole[range(n), range(n)] -= shift
             whole[:n, n:], whole[n:, :n] = basis, basis.T
-            self._factors = lu_factor(whole, check_finite=False)
+            (factorise,) = get_lapack_funcs(("getrf",), (whole,))
+            factors, pivots, singular = factorise(whole, overwrite_a=True)
+            if singular:
+                raise FloatingPointError("the matrix of small changes is singular")
+            self._factors = factors, pivots
 
     def solve(self, right: np.ndarray, kind: str) -> np.ndarray:
         """x of the matrix ("N") or of its conjugate transpose ("H")."""

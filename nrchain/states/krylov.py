@@ -19,8 +19,9 @@ from nrchain.states.relative import Point
 NEAREST = 12
 """Eigenvalues that are computed about each shift."""
 
-SHIFTS, RESTARTS = 20, 30
-"""Most shifts, and most restarts of the iteration about each."""
+SHIFTS, RESTARTS, ACCURACY = (20, 3), (30, 4), (1e-9, 1e-5)
+"""Most shifts, most restarts of the iteration about each, and the relative accuracy of 1/(Λ − σ) at
+which it ends: with factors, and with products of all pairs."""
 
 EDGE = 1e-4
 """The discs are smaller than the distance of the last eigenvalue by this fraction."""
@@ -32,15 +33,16 @@ APPROACH = 0.1
 def leading_rates(point: Point, number: int, abscissa: float) -> np.ndarray:
     """The eigenvalues found, from the largest real part on; at least ``number`` of them."""
     search = _Search(point, max(NEAREST, number))
+    most = SHIFTS[point.matrix is None]
     covered = search.look(0.0)
     for direction, end in ((1.0 + 0.0j, abscissa), (1j, _largest_frequency(point))):
         reached = covered
-        while reached < end and search.shifts < SHIFTS:
+        while reached < end and search.shifts < most:
             shift = min(2.0 * reached, end)
             radius = search.look(shift * direction)
             if not radius:
                 break
-            while radius and shift - radius > reached and search.shifts < SHIFTS:
+            while radius and shift - radius > reached and search.shifts < most:
                 # the discs leave a gap: the next one lies nearer
                 shift = 0.5 * (shift + reached)
                 radius = search.look(shift * direction)
@@ -141,16 +143,17 @@ def _nearest(point: Point, shift: complex, number: int) -> np.ndarray:
     inverse = LinearOperator((n, n), matvec=solver.solve, dtype=kind)
     begin = np.cos(np.arange(n) + 1.0)
     begin = (begin - basis @ (basis.T @ begin)).astype(kind)
+    by_products = not solver.is_direct
     number = min(number, n - basis.shape[1] - 2)
     try:
         values = eigs(
             inverse,
             number,
             v0=begin,
-            ncv=min(4 * number, n - basis.shape[1]),
+            ncv=min((2 if by_products else 4) * number + 6, n - basis.shape[1]),
             return_eigenvectors=False,
-            tol=1e-9,
-            maxiter=RESTARTS,
+            tol=ACCURACY[by_products],
+            maxiter=RESTARTS[by_products],
         )
     except ArpackNoConvergence as short:
         values = short.eigenvalues

@@ -33,6 +33,9 @@ NEAR, NOISE = 1e-5, 2e-15
 """Inverse iteration takes rates together that differ by less than this fraction, or by rounding, as
 a fraction of the largest rate."""
 
+OFF = 1e-9, 1e-3
+"""Distance of a shift from its rate, as a fraction: with factors, and with products."""
+
 GUARD = 4
 """Vectors beside those of a group in inverse iteration, which take up modes that are near."""
 
@@ -103,7 +106,9 @@ def modes_of(point: Point, rates: np.ndarray, number: int) -> tuple[Mode, ...]:
 
 
 def _corrected(point: Point) -> Point:
-    """The point after one more correction of the state."""
+    """The point after one more correction of the state, where there is one."""
+    if not point.largest:
+        return point
     return point.moved(-Bordered(point, by_products=True).solve(point.residual))
 
 
@@ -130,7 +135,8 @@ def _refine(point: Point, corrected: Point, group: np.ndarray, noise: float) -> 
     is_real = _is_real(group, noise)
     center = complex(group.mean())
     # off the rates, where the matrix is singular
-    shift = (center.real if is_real else center) * (1.0 + 1e-9) + 0.1 * noise
+    off = OFF[point.matrix is None]
+    shift = (center.real if is_real else center) * (1.0 + off) + 0.1 * noise
     solver = Bordered(point, shift)
     right, left = _invariant(point, solver, len(group), is_real)
     overlap = left.conj().T @ right

@@ -97,7 +97,7 @@ def find_steady_state(scene: Scene, poses: Poses) -> SteadyState:
 
 def solve(point: Point) -> tuple[Point, float, int, bool]:
     """The point reached, the size of its last correction, the steps, and whether it is a state."""
-    if not point.chain.dimension:
+    if not point.largest:
         return point, 0.0, 0, True
     spacing, damping = point.chain.scene.chain.spacing, 1.0
     for steps in range(STEPS):

@@ -100,6 +100,8 @@ class Point:
         chosen = _independent(columns, chain.allowed)
         self.neutral, sizes, directions = _basis(columns @ chosen)
         twists = chain.coordinates(chain.model.twists(positions, frames))
+        if not np.isfinite(twists).all():
+            raise FloatingPointError("velocities leave the range of floats")
         along = self.neutral.T @ twists
         self.elementary = chosen @ (directions.T @ (along / sizes))
         self.residual = twists - self.neutral @ along

@@ -30,6 +30,7 @@ from nrchain.states.parameters import parameters
 from nrchain.states.relative import Point, RelativeChain
 from nrchain.states.transient import Transient
 from nrchain.theory.line_loads import refuse_bending, straight_poses
+from nrchain.theory.straight_state import straight_state
 from nrchain.types import Poses
 from nrchain.wording import brief
 
@@ -163,13 +164,22 @@ def spectrum(scene: Scene, at: Any = None, modes: int = MODES) -> Spectrum:
     >>> found.is_stable, found.leading.multiplicity
     (True, 2)
     """
-    require_scene(scene)
+    if require_scene(scene).effects == "auto":
+        allowed = "must be chosen first: nrchain.auto.choose(scene)[0] names them"
+        raise SceneError("effects", scene.effects, allowed)
+    if scene.chain.ends == "clamped" and scene.chain.particles == 2:
+        raise SceneError("chain.particles", 2, "leaves no sphere free to move between clamps")
     poses = straight_poses(scene) if at is None else _given_poses(scene, at)
-    state = _find_state(scene, poses, at is None)
-    chain = RelativeChain(scene, state.poses)
-    if not chain.dimension:
-        raise SceneError("chain.particles", scene.chain.particles, "leaves no sphere free to move")
-    point = chain.at(state.poses)
+    try:
+        with np.errstate(all="ignore"):
+            return _spectrum(scene, poses, at is None, modes)
+    except (FloatingPointError, np.linalg.LinAlgError) as error:
+        raise SceneError("at", _named(at is None), f"has no spectrum: {error}") from None
+
+
+def _spectrum(scene: Scene, poses: Poses, is_straight: bool, modes: int) -> Spectrum:
+    state = _find_state(scene, poses, is_straight)
+    point = RelativeChain(scene, state.poses).at(state.poses)
     is_whole = scene.chain.particles <= DENSE
     if is_whole:
         abscissa = transient.numerical_abscissa(dense.shape_matrix(point))
@@ -185,8 +195,12 @@ def spectrum(scene: Scene, at: Any = None, modes: int = MODES) -> Spectrum:
         rates=rates,
         is_whole=is_whole,
         abscissa=abscissa,
-        is_straight=at is None,
+        is_straight=is_straight,
     )
+
+
+def _named(is_straight: bool) -> str:
+    return "the straight chain" if is_straight else "the given poses"
 
 
 def _given_poses(scene: Scene, at: Any) -> Poses:
@@ -213,6 +227,8 @@ def _find_state(scene: Scene, poses: Poses, straight: bool) -> SteadyState:
     if straight:
         refuse_bending(scene, poses, chain.model.twists(*poses))
     state = find_steady_state(scene, poses)
+    if straight and not state.found:
+        state = _from_relaxed(scene)
     spacing = scene.chain.spacing
     away = np.linalg.norm(_shape_of(state.poses) - _shape_of(poses), axis=1).max()
     if state.found and (straight or away <= spacing):
@@ -227,9 +243,20 @@ def _find_state(scene: Scene, poses: Poses, straight: bool) -> SteadyState:
         if not effect.covariant:
             allowed = f"forbids a state of steady motion near these poses: {left}, and {found}"
             raise SceneError(effect.key, effect.detail(scene), allowed)
-    where = "the straight chain" if straight else "the given poses"
     remedy = "; begin nearer to a state, such as the end of a run that has settled"
-    raise SceneError("at", where, f"is no state: {left}, and {found}{remedy}")
+    raise SceneError("at", _named(straight), f"is no state: {left}, and {found}{remedy}")
+
+
+def _from_relaxed(scene: Scene) -> SteadyState:
+    """The state from where the straight chain is at the end of its run, if links stay straight."""
+    line = straight_state(scene)
+    if line.stopped:
+        allowed = (
+            f"has no state: {line.stopped.value.replace('-', ' ')} at link {line.link}, at t ="
+            f" {line.time:.4g} of a run; {line.stopped.advice}"
+        )
+        raise SceneError("at", _named(True), allowed)
+    return find_steady_state(scene, (line.positions, line.frames))
 
 
 def _refuse_contact(scene: Scene, state: SteadyState) -> None:

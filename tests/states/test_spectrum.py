@@ -342,6 +342,31 @@ def test_arguments_are_checked():
         spectrum("buckling")
 
 
+def test_what_cannot_be_computed_is_refused():
+    with pytest.raises(SceneError, match=r"chain.particles = 2: leaves no sphere free"):
+        spectrum(chain(2, "clamped"))
+    with pytest.raises(SceneError, match="effects = 'auto': must be chosen first"):
+        spectrum(chain(6, effects="auto", tolerance=0.1))
+    with pytest.raises(SceneError, match="the straight chain"):
+        spectrum(chain(6, **{"slip.3t": 1e300}))
+    with pytest.raises(SceneError, match=r"spheres touch at link 6, .*; .*stiffen the chain"):
+        spectrum(chain(8, "clamped", **{"slip.3t": 1500.0}))
+
+
+def test_the_smallest_chains_have_spectra():
+    for count, ends in ((2, "free"), (3, "clamped"), (2, "periodic")):
+        found = spectrum(chain(count, ends, **{"slip.2s": 1.0}))
+        free = count - 2 * (ends == "clamped")
+        assert len(found.rates) + len(found.neutral.rates) == 6 * free
+
+
+def test_spheres_without_links_stay_where_they_are():
+    slack = {f"elasticity.{name}": 0.0 for name in ("stretch", "shear", "twist", "bend")}
+    found = spectrum(chain(4, **slack))
+    assert np.abs(found.rates).max() < 1e-14
+    assert not found.is_stable
+
+
 def test_newtons_method_converges_fast_and_says_how_far_it_came():
     scene = graded(9, **FAR)
     state = spectrum(scene).state
