@@ -15,22 +15,18 @@ from typing import Any
 import numpy as np
 
 from nrchain.errors import SceneError
-from nrchain.geometry.near_pairs import closest_pair
-from nrchain.inputs.arguments import finite_array, rotations
-from nrchain.motion.contact import contact_distance
 from nrchain.scene.loading import require_scene
 from nrchain.scene.scene import Scene
-from nrchain.scene.unwrapping import unwrapped_chain
 from nrchain.states import dense, krylov, sensitivity, transient
 from nrchain.states.bordered import Bordered
 from nrchain.states.modes import Mode, modes_of
-from nrchain.states.motions import NAMES
-from nrchain.states.newton import SteadyState, find_steady_state
+from nrchain.states.motions import NAMES, TURN
+from nrchain.states.newton import SteadyState
 from nrchain.states.parameters import parameters
 from nrchain.states.relative import Point, RelativeChain
+from nrchain.states.search import start_name, state_near
 from nrchain.states.transient import Transient
-from nrchain.theory.line_loads import refuse_bending, straight_poses
-from nrchain.theory.straight_state import straight_state
+from nrchain.theory.line_loads import straight_poses
 from nrchain.types import Poses
 from nrchain.wording import brief
 
@@ -169,16 +165,15 @@ def spectrum(scene: Scene, at: Any = None, modes: int = MODES) -> Spectrum:
         raise SceneError("effects", scene.effects, allowed)
     if scene.chain.ends == "clamped" and scene.chain.particles == 2:
         raise SceneError("chain.particles", 2, "leaves no sphere free to move between clamps")
-    poses = straight_poses(scene) if at is None else _given_poses(scene, at)
     try:
         with np.errstate(all="ignore"):
-            return _spectrum(scene, poses, at is None, modes)
+            return _about(scene, state_near(scene, at), at is None, modes)
     except (FloatingPointError, np.linalg.LinAlgError) as error:
-        raise SceneError("at", _named(at is None), f"has no spectrum: {error}") from None
+        raise SceneError("at", start_name(at), f"has no spectrum: {error}") from None
 
 
-def _spectrum(scene: Scene, poses: Poses, is_straight: bool, modes: int) -> Spectrum:
-    state = _find_state(scene, poses, is_straight)
+def _about(scene: Scene, state: SteadyState, is_straight: bool, modes: int) -> Spectrum:
+    """The spectrum of a state."""
     point = RelativeChain(scene, state.poses).at(state.poses)
     is_whole = scene.chain.particles <= DENSE
     if is_whole:
@@ -199,91 +194,17 @@ def _spectrum(scene: Scene, poses: Poses, is_straight: bool, modes: int) -> Spec
     )
 
 
-def _named(is_straight: bool) -> str:
-    return "the straight chain" if is_straight else "the given poses"
-
-
-def _given_poses(scene: Scene, at: Any) -> Poses:
-    """Checked poses of an argument: a pair of arrays, or the last snapshot of a trajectory."""
-    if hasattr(at, "positions") and hasattr(at, "frames"):
-        positions, frames = np.asarray(at.positions), np.asarray(at.frames)
-        pair = (positions[-1], frames[-1]) if positions.ndim == 3 else (positions, frames)
-    else:
-        try:
-            pair = tuple(at)
-        except TypeError:
-            pair = ()  # type: ignore[assignment]
-        if len(pair) != 2:
-            raise SceneError("at", at, "must be (positions, frames) or a trajectory")
-    count = scene.chain.particles
-    positions = unwrapped_chain(scene, finite_array("at", pair[0], (count, 3)), "at")
-    return positions, rotations(pair[1], count, key="at")
-
-
-def _find_state(scene: Scene, poses: Poses, straight: bool) -> SteadyState:
-    """The state near these poses, or an error that says how far from rest they are."""
-    chain = RelativeChain(scene, poses)
-    begin = chain.at(poses)
-    if straight:
-        refuse_bending(scene, poses, chain.model.twists(*poses))
-    state = find_steady_state(scene, poses)
-    if straight and not state.found:
-        state = _from_relaxed(scene)
-    spacing = scene.chain.spacing
-    away = np.linalg.norm(_shape_of(state.poses) - _shape_of(poses), axis=1).max()
-    if state.found and (straight or away <= spacing):
-        _refuse_contact(scene, state)
-        return state
-    left = f"spheres move relative to each other at up to {begin.largest:.3g}"
-    if state.found:
-        found = f"the state that Newton's method finds from there is {away:.3g} away"
-    else:
-        found = f"Newton's method ends with {state.residual:.3g}"
-    for effect in chain.model.further_effects:
-        if not effect.covariant:
-            allowed = f"forbids a state of steady motion near these poses: {left}, and {found}"
-            raise SceneError(effect.key, effect.detail(scene), allowed)
-    remedy = "; begin nearer to a state, such as the end of a run that has settled"
-    raise SceneError("at", _named(straight), f"is no state: {left}, and {found}{remedy}")
-
-
-def _from_relaxed(scene: Scene) -> SteadyState:
-    """The state from where the straight chain is at the end of its run, if links stay straight."""
-    line = straight_state(scene)
-    if line.stopped:
-        allowed = (
-            f"has no state: {line.stopped.value.replace('-', ' ')} at link {line.link}, at t ="
-            f" {line.time:.4g} of a run; {line.stopped.advice}"
-        )
-        raise SceneError("at", _named(True), allowed)
-    return find_steady_state(scene, (line.positions, line.frames))
-
-
-def _refuse_contact(scene: Scene, state: SteadyState) -> None:
-    """Raise if spheres overlap in a state: their loads press the links together."""
-    distance, i, j = closest_pair(state.positions, scene.period)
-    contact = contact_distance(scene)
-    if distance <= contact:
-        allowed = (
-            f"overlap in the state, {distance:.4g} apart: the loads of the links exceed their"
-            " stiffness; raise elasticity.ratio"
-        )
-        raise SceneError("at", f"spheres {i} and {j}", allowed)
-
-
-def _shape_of(poses: Poses) -> np.ndarray:
-    """Distances (N, 2) of spheres in the chain that no motion as a whole changes."""
-    positions = poses[0]
-    away = np.linalg.norm(positions - positions.mean(axis=0), axis=1)
-    return np.stack([away, np.linalg.norm(positions - positions[0], axis=1)], axis=1)
-
-
 def _neutral(point: Point) -> Neutral:
     """The motions as a whole, with the matrix A of J Q = Q A."""
     basis = point.neutral
     image = point.product(basis) if basis.shape[1] else np.zeros_like(basis)
     own = basis.T @ image
-    weights = np.abs(point.chain.allowed).max(axis=1, initial=0.0)
-    names = tuple(name for name, weight in zip(NAMES, weights, strict=True) if weight > 0.0)
+    allowed = point.chain.allowed
+    taking_part = np.abs(allowed).max(axis=1, initial=0.0) > 0.0
+    # on a straight chain the turn about e₁ is a rotation of the whole
+    taking_part[TURN] &= basis.shape[1] == allowed.shape[1]
+    if not basis.shape[1]:
+        taking_part[:] = False
+    names = tuple(name for name, part in zip(NAMES, taking_part, strict=True) if part)
     error = float(np.abs(image - basis @ own).max(initial=0.0))
     return Neutral(names, dense.in_order(np.linalg.eigvals(own).astype(complex)), error)

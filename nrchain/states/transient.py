@@ -40,14 +40,10 @@ FIRST, SETTLED = 1e-2, 10.0
 
 
 class Transient(NamedTuple):
-    """The largest ‖exp(J t)‖ and its time; infinite if the chain is unstable.
-
-    ``is_bound`` says that growth was computed on the leading modes alone, and is a lower bound.
-    """
+    """The largest ‖exp(J t)‖ and its time; infinite if the chain is unstable."""
 
     growth: float
     time: float
-    is_bound: bool = False
 
 
 def numerical_abscissa(matrix: np.ndarray) -> float:
