@@ -169,6 +169,32 @@ def test_a_buckled_chain_of_isotropic_links_is_free_to_go_round_its_axis(buckled
     assert len(spectrum(stiff.scene, at=stiff).neutral.rates) == 0
 
 
+def test_an_oscillation_that_goes_round_is_a_state_of_steady_motion():
+    """2s = 60, 3t = 1000: the middle sphere goes round at 4.39 a to 4.57 a, with period 373.
+
+    Seen along its axis the shape turns as a whole, and each sphere turns back about its own axis.
+    """
+    start = {"start.shape": "random", "start.amplitude": 0.5, "start.seed": 3}
+    given = {"slip.2s": 60.0, "slip.3t": 1000.0, "elasticity.ratio": 1e8, **ISOTROPIC}
+    run = nrchain.simulate(nrchain.load_scene("buckling", **given, **start, **{"run.end": 12000.0}))
+    found = spectrum(run.scene, at=run)
+    motion = found.state.motion
+    assert 2.0 * math.pi / abs(motion.rotation[0]) == pytest.approx(373.0, abs=0.5)
+    assert motion.turn == pytest.approx(-motion.rotation[0])
+    assert 4.39 < math.hypot(*found.state.positions[10, 1:]) < 4.57
+    assert len(found.neutral.rates) == 1
+    assert found.is_stable
+    # the run comes back to the shape of the state at the rate of the slowest mode
+    axis = found.state.positions[:, 1:]
+    distance = [
+        abs(np.hypot(*positions[10, 1:]) - np.hypot(*axis[10])) for positions in run.positions
+    ]
+    late = slice(len(distance) // 3, 2 * len(distance) // 3)
+    envelope = [max(distance[k : k + 3]) for k in range(late.start, late.stop)]
+    decay = np.polyfit(run.time[late], np.log(envelope), 1)[0]
+    assert decay == pytest.approx(found.leading.growth, rel=0.05)
+
+
 @pytest.mark.parametrize(("measure", "count"), [("paper", 6), ("isotropic", 7)])
 def test_a_bent_free_chain_has_six_neutral_motions_and_a_turn_of_isotropic_links(measure, count):
     """The twists go along with each of them, to the accuracy of differences."""

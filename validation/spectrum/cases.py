@@ -102,5 +102,5 @@ NEAR = (
 DISTANT = (
     Case("2s buckles, all pairs", "2s", "p", (5.0, 60.0), far=True),
     Case("3a coils, all pairs", "3a", "m", (3.0, 14.0), far=True),
-    Case("2s with 3t flutters, all pairs", "3t", "f", (200.0, 900.0), {"2s": 24.0}, far=True),
+    Case("2s with 3t flutters, all pairs", "3t", "f", (450.0, 900.0), {"2s": 24.0}, far=True),
 )
