@@ -66,7 +66,9 @@ def _stability(found: Spectrum) -> str:
 def _transient(found: Spectrum) -> str:
     text = f"numerical abscissa: {found.abscissa:.4g}"
     growth = found.transient_growth()
-    if growth is None or math.isinf(growth.growth):
+    if growth is None:
+        return f"{text}; transient growth is not computed for so many spheres"
+    if math.isinf(growth.growth):
         return text
     if growth.growth == 1.0:
         return f"{text}; small changes decay from the start"

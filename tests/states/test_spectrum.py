@@ -20,6 +20,7 @@ UNITS = {"chain.radius": 1.3, "chain.viscosity": 0.7, "chain.spacing": 6.0}
 SOFT = {"elasticity": {"stretch": 30.0, "shear": 40.0, "twist": 900.0, "bend": 700.0}}
 MIX = {"slip.2s": 4.0, "slip.3a": 15.0, "slip.3t": -20.0, "slip.4a": 25.0}
 ISOTROPIC = {"elasticity.measure": "isotropic"}
+EXTENSION = [[0.02, 0.0, 0.0], [0.0, -0.01, 0.0], [0.0, 0.0, -0.01]]
 CROWDED = {"kind": "harmonic", "strength": 5.0, "range": 6.0}
 FAR = {"slip.neighbours": "all", "slip.accuracy": "direct"}
 
@@ -88,6 +89,8 @@ SCENES = {
         6, **{"slip.2s": -10.0, "slip.finite_size": True, "steric": CROWDED}
     ),
     "body force": lambda: graded(6, **{"field.body_force": [3.0, 0.0, 0.0]}),
+    "extension between clamps": lambda: graded(6, "clamped", **{"flow.gradient": EXTENSION}),
+    "extension": lambda: chain(6, **{"flow.gradient": EXTENSION}, friction="pairwise"),
     "force in the lab": lambda: graded(6, **{"field.force": [3.0, 0.0, 0.0]}),
 }
 
@@ -219,6 +222,16 @@ def test_translations_across_the_axis_of_a_spinning_chain_turn_with_it():
     assert abs(spin) > 1e-3
     turning = [0.0, 0.0, 1j * spin, 1j * spin, -1j * spin, -1j * spin]
     assert_same_set(found.neutral.rates, np.array(turning), 1e-9)
+
+
+def test_a_chain_in_an_extension_rests_about_its_stagnation_point():
+    """The straight start lies to one side of it. The rotation about the axis is neutral."""
+    found = spectrum(SCENES["extension"]())
+    assert found.state.positions.mean(axis=0) == pytest.approx([0.0, 0.0, 0.0], abs=1e-8)
+    assert np.ptp(found.state.positions[:, 0]) > 5.0 * 6.0
+    # translation along the flow grows at the rate of the extension
+    assert np.abs(found.rates - 0.02).min() < 1e-3
+    assert len(found.neutral.rates) == 1
 
 
 @pytest.mark.parametrize("friction", ["one-body", "pairwise"])
