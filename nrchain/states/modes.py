@@ -39,8 +39,6 @@ OFF = 1e-9, 1e-3
 GUARD = 4
 """Vectors beside those of a group in inverse iteration, which take up modes that are near."""
 
-Vectors = np.ndarray
-
 
 @dataclass(frozen=True)
 class Mode:
@@ -63,6 +61,8 @@ class Mode:
         κ = ‖ℓ‖ ‖x‖ ≥ 1: how much a perturbation of J may change Λ; 1 if modes are orthogonal.
     residual
         ‖J x − Λ x‖.
+    vectors
+        x and ℓ (n, k) in the coordinates of :mod:`nrchain.states.relative`.
     """
 
     rate: complex
@@ -71,7 +71,7 @@ class Mode:
     left: np.ndarray
     condition: float
     residual: float
-    vectors: tuple[Vectors, Vectors] = field(repr=False)
+    vectors: tuple[np.ndarray, np.ndarray] = field(repr=False)
 
     __repr__ = brief
 
@@ -147,12 +147,13 @@ def _refine(point: Point, corrected: Point, group: np.ndarray, noise: float) -> 
     right, left, values = right @ turned[:, chosen], left @ duals[:, chosen], values[chosen]
     found = []
     for same in _equal(values, 10.0 * _rounding(point, right, left)):
-        rate, pair = values[same].mean(), _dual_bases(right[:, same], left[:, same])
-        if is_real and abs(rate.imag) <= EQUAL * abs(rate):
-            rate = rate.real
-        elif is_real and rate.imag < 0.0:
+        rate = complex(values[same].mean())
+        turns = not is_real or abs(rate.imag) > EQUAL * abs(rate)
+        if is_real and turns and rate.imag < 0.0:
             continue
-        found.append(_mode(point, corrected, solver, complex(rate), *pair))
+        pair = _dual_bases(right[:, same], left[:, same], not turns)
+        rate = rate if turns else complex(rate.real)
+        found.append(_mode(point, corrected, solver, rate, *pair))
     return found
 
 
@@ -195,18 +196,23 @@ def _rounding(point: Point, right: np.ndarray, left: np.ndarray) -> float:
     return EPSILON * float(sizes.max(initial=0.0))
 
 
-def _dual_bases(right: np.ndarray, left: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _dual_bases(
+    right: np.ndarray, left: np.ndarray, is_real: bool
+) -> tuple[np.ndarray, np.ndarray]:
     """Bases (n, k) of the same spaces, the right one orthonormal and the left one dual to it.
 
-    Those of a real rate that is repeated are real.
+    Those of a real rate are real: real and imaginary part of its modes are modes.
     """
-    if right.shape[1] > 1:
-        right, rest = np.linalg.qr(right)
-        left = left @ rest.conj().T
-    else:
-        size = np.linalg.norm(right)
-        right, left = right / size, left * size
-    return right, left
+    if is_real:
+        right, left = _real_span(right), _real_span(left)
+    right = np.linalg.qr(right)[0]
+    return right, left @ np.linalg.inv(right.conj().T @ left)
+
+
+def _real_span(vectors: np.ndarray) -> np.ndarray:
+    """A real basis (n, k) of a space that holds the conjugate of each of its vectors."""
+    parts = np.hstack([vectors.real, vectors.imag])
+    return np.linalg.svd(parts, full_matrices=False)[0][:, : vectors.shape[1]]
 
 
 def _mode(
@@ -227,7 +233,7 @@ def _mode(
     else:
         quotient, left = residual, np.full_like(left, np.nan)
     return Mode(
-        rate=complex(rate),
+        rate=rate,
         error=rounding + quotient + float(np.abs(drift).max()),
         right=np.stack([chain.poses(x) for x in right.T]),
         left=np.stack([chain.poses(x * chain.units**2) for x in left.T]),

@@ -75,7 +75,8 @@ class Spectrum:
     is_whole
         Whether all eigenvalues were computed. If not, these are the ones near the two axes.
     abscissa
-        ω(J), the largest growth rate of the norm of a small change.
+        ω(J), the largest growth rate of the norm of a small change. That of near neighbours alone
+        for more than :data:`DENSE` spheres with interactions of all pairs.
     """
 
     scene: Scene

@@ -254,6 +254,7 @@ def test_left_modes_read_the_amplitude_of_each_right_mode():
     rigid = rigid_columns(found.state, scene.chain.radius) / units[:, None]
     assert np.abs(left.conj() @ rigid).max() < 1e-9 * np.abs(left).max()
     assert np.linalg.norm(right * units, axis=1) == pytest.approx(1.0)
+    assert all(np.isrealobj(mode.right) for mode in found.modes if not mode.frequency)
 
 
 def test_the_error_of_a_rate_covers_the_rounding_of_a_stiff_chain():
