@@ -20,6 +20,7 @@ from nrchain.geometry import lie
 from nrchain.hydrodynamics.slip import E1
 from nrchain.motion.model import Model
 from nrchain.scene.scene import Scene
+from nrchain.types import Poses
 
 NAMES = (
     "translation along x",
@@ -50,12 +51,18 @@ class Motion(NamedTuple):
     turn: float
 
 
-def fields(positions: np.ndarray, frames: np.ndarray, origin: np.ndarray) -> np.ndarray:
-    """(7, N, 6): the twists of every sphere in each elementary motion."""
+def fields(
+    positions: np.ndarray, frames: np.ndarray, origin: np.ndarray, length: float
+) -> np.ndarray:
+    """(7, N, 6): the twists of every sphere in each elementary motion.
+
+    A translation has the velocity of one ``length`` per unit of time, so that all seven have the
+    same units.
+    """
     out = np.zeros((7, len(positions), 6))
     away = positions - origin
     for k, unit in enumerate(np.eye(3)):
-        out[k, :, k] = 1.0
+        out[k, :, k] = length
         out[3 + k, :, :3] = np.cross(unit, away)
         out[3 + k, :, 3 + k] = 1.0
     out[TURN, :, 3:] = frames[:, 0]
@@ -63,18 +70,22 @@ def fields(positions: np.ndarray, frames: np.ndarray, origin: np.ndarray) -> np.
 
 
 def allowed_motions(
-    scene: Scene, model: Model, positions: np.ndarray, frames: np.ndarray, origin: np.ndarray
+    scene: Scene,
+    model: Model,
+    poses: Poses,
+    origin: np.ndarray,
+    length: float,
 ) -> np.ndarray:
     """(7, k): the combinations of elementary motions under which twists go along with the chain."""
     combinations = np.eye(7)
     kept = [k for k in range(7) if k not in _broken(scene)]
     combinations = combinations[:, kept]
-    units = np.repeat([1.0, scene.chain.radius], 3)
-    held = fields(positions, frames, origin)[:, model.held] * units
+    units = np.repeat([1.0, length], 3)
+    held = fields(*poses, origin, length)[:, model.held] * units
     combinations = _vanishing(combinations, held.reshape(7, -1).T, 1e-9)
-    points, axes = _nearby(scene, model, positions, frames)
+    nearby = _nearby(scene, model, *poses)
     for effect in model.further_effects:
-        defect = _defect(effect, points, axes, origin)
+        defect = _defect(effect, nearby, origin, length)
         combinations = _vanishing(combinations, defect, UNCHANGED)
     return combinations
 
@@ -115,24 +126,23 @@ def _nearby(
     return moved(positions, frames, poses)
 
 
-def _defect(
-    effect: Effect, positions: np.ndarray, frames: np.ndarray, origin: np.ndarray
-) -> np.ndarray:
+def _defect(effect: Effect, poses: Poses, origin: np.ndarray, length: float) -> np.ndarray:
     """(6N, 7): change of an effect along each motion, less the change by which it would follow."""
-    shape = len(positions), 6
+    shape = len(poses[0]), 6
     values, columns = np.zeros(shape), []
-    add = effect.add_wrenches if effect.gives == "wrench" else effect.add_twists
-    add(positions, frames, values)
-    effect.linearise(positions, frames)
-    for k, field in enumerate(fields(positions, frames, origin)):
+    is_wrench = effect.gives == "wrench"
+    units = np.repeat([1.0, 1.0 / length if is_wrench else length], 3)
+    (effect.add_wrenches if is_wrench else effect.add_twists)(*poses, values)
+    effect.linearise(*poses)
+    for k, field in enumerate(fields(*poses, origin, length)):
         change = np.zeros(shape)
         effect.add_product(field, change)
         if 3 <= k < TURN:
             unit = np.eye(3)[k - 3]
             change[:, :3] -= np.cross(unit, values[:, :3])
             change[:, 3:] -= np.cross(unit, values[:, 3:])
-        columns.append(change.ravel())
-    size = max(float(np.abs(values).max(initial=0.0)), 1e-300)
+        columns.append((change * units).ravel())
+    size = max(float(np.abs(values * units).max(initial=0.0)), 1e-300)
     defect = np.stack(columns, axis=1)
     # what is rounding beside the effect itself is no defect
     defect[np.abs(defect) < UNCHANGED * size] = 0.0

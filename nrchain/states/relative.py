@@ -33,6 +33,9 @@ from nrchain.states.motions import INDEPENDENT, TURN, Motion, allowed_motions, f
 from nrchain.theory.line_loads import from_blocks
 from nrchain.types import Poses
 
+VANISHING = 1e-9
+"""Motions that move every sphere by less than this fraction of ρ are none."""
+
 DENSE = 500
 """Spheres of the longest chain whose interactions of all pairs are kept as a matrix."""
 
@@ -59,9 +62,9 @@ class RelativeChain:
         self.dimension = 6 * len(self.free)
         self.length = math.sqrt(scene.drag.rotation / scene.drag.translation)
         self.units = np.tile(np.repeat([1.0, self.length], 3), len(self.free))
-        positions, frames = poses
+        positions = poses[0]
         self.origin = positions[held].mean(axis=0) if held.any() else positions.mean(axis=0)
-        self.allowed = allowed_motions(scene, self.model, positions, frames, self.origin)
+        self.allowed = allowed_motions(scene, self.model, poses, self.origin, self.length)
         # the point about which the model was linearised last
         self.linearised: Point | None = None
 
@@ -95,10 +98,10 @@ class Point:
 
     def __init__(self, chain: RelativeChain, positions: np.ndarray, frames: np.ndarray) -> None:
         self.chain, self.positions, self.frames = chain, positions, frames
-        elementary = fields(positions, frames, chain.origin)
+        elementary = fields(positions, frames, chain.origin, chain.length)
         columns = np.stack([chain.coordinates(one) for one in elementary], axis=1)
-        chosen = _independent(columns, chain.allowed)
-        self.neutral, sizes, directions = _basis(columns @ chosen)
+        chosen = _independent(columns, chain.allowed, chain.length)
+        self.neutral, sizes, directions = _basis(columns @ chosen, chain.length)
         twists = chain.coordinates(chain.model.twists(positions, frames))
         if not np.isfinite(twists).all():
             raise FloatingPointError("velocities leave the range of floats")
@@ -106,7 +109,9 @@ class Point:
         self.elementary = chosen @ (directions.T @ (along / sizes))
         self.residual = twists - self.neutral @ along
         self.motion = Motion(
-            self.elementary[:3], self.elementary[3:TURN], float(self.elementary[TURN])
+            self.elementary[:3] * chain.length,
+            self.elementary[3:TURN],
+            float(self.elementary[TURN]),
         )
 
     @property
@@ -197,7 +202,7 @@ class Point:
         return float(sizes.max(initial=0.0))
 
 
-def _independent(columns: np.ndarray, allowed: np.ndarray) -> np.ndarray:
+def _independent(columns: np.ndarray, allowed: np.ndarray, length: float) -> np.ndarray:
     """The allowed combinations; without a turn that is a rotation of the chain as a whole.
 
     On a straight chain the turn about e₁ and the rotation about its axis are one motion.
@@ -206,7 +211,7 @@ def _independent(columns: np.ndarray, allowed: np.ndarray) -> np.ndarray:
     turning = allowed[:, np.abs(allowed[TURN]) > 0.0]
     if not turning.size or not rigid.size:
         return allowed
-    basis, _, _ = _basis(columns @ rigid)
+    basis, _, _ = _basis(columns @ rigid, length)
     image = columns @ turning
     rest = image - basis @ (basis.T @ image)
     if np.linalg.norm(rest) > INDEPENDENT * np.linalg.norm(image):
@@ -214,11 +219,11 @@ def _independent(columns: np.ndarray, allowed: np.ndarray) -> np.ndarray:
     return rigid
 
 
-def _basis(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _basis(columns: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(Q, σ, Vᵀ) with columns = Q σ Vᵀ, without directions that are dependent to rounding."""
     lengths = np.linalg.norm(columns, axis=0)
     scales = np.where(lengths > 0.0, lengths, 1.0)
     basis, sizes, directions = np.linalg.svd(columns / scales, full_matrices=False)
     kept = sizes > INDEPENDENT * max(float(sizes.max(initial=0.0)), 1e-300)
-    kept &= sizes * lengths.max(initial=0.0) > 1e-9
+    kept &= sizes * lengths.max(initial=0.0) > VANISHING * length
     return basis[:, kept], sizes[kept], directions[kept] / scales

@@ -50,6 +50,6 @@ def derivative(
 
 def _left_over(chain: RelativeChain, poses: Poses, point: Point) -> np.ndarray:
     """w − g (n,) of a changed scene, with the motion g of the unchanged one; per unit of time."""
-    elementary = fields(*poses, point.chain.origin)
+    elementary = fields(*poses, point.chain.origin, point.chain.length)
     twists = chain.model.twists(*poses) - np.tensordot(point.elementary, elementary, 1)
     return twists[chain.free].ravel()

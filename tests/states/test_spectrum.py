@@ -216,6 +216,27 @@ def test_a_bent_free_chain_has_six_neutral_motions_and_a_turn_of_isotropic_links
         assert np.abs(growth).max() < 1e-6 * (speeds**2).max()
 
 
+@pytest.mark.parametrize("unit", [1e-6, 1e6])
+def test_the_rates_do_not_depend_on_the_unit_of_length(buckled, unit):
+    run = buckled["isotropic"]
+    scaled = {"chain.spacing": 10.0 * unit, "chain.radius": unit, "slip.2s": 200.0 * unit}
+    scene = nrchain.load_scene(run.scene, **scaled)
+    found, there = (
+        spectrum(given, at=(run.positions[-1] * size, run.frames[-1]))
+        for given, size in ((run.scene, 1.0), (scene, unit))
+    )
+    assert len(there.neutral.rates) == len(found.neutral.rates) == 1
+    assert there.leading.rate == pytest.approx(found.leading.rate, rel=1e-9)
+    assert there.abscissa == pytest.approx(found.abscissa, rel=1e-9)
+    field = {"field.force": [0.0, 0.0, 1.0], "chain.ends": "free"}
+    lengths = {"chain.spacing": 6.0 * unit, "chain.radius": 1.3 * unit}
+    small = RelativeChain(chain(4, **field), poses := random_chain(4, spacing=6.0))
+    other = nrchain.load_scene(chain(4, **field), **lengths)
+    large = RelativeChain(other, (poses[0] * unit, poses[1]))
+    # translations and the rotation about the force
+    assert small.allowed.shape[1] == large.allowed.shape[1] == 4
+
+
 def test_translations_across_the_axis_of_a_spinning_chain_turn_with_it():
     found = spectrum(chain(6, **{"slip.4a": 50.0}))
     spin = found.state.motion.rotation[0]
