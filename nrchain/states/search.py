@@ -13,7 +13,7 @@ import numpy as np
 from nrchain.errors import SceneError
 from nrchain.geometry.near_pairs import closest_pair
 from nrchain.inputs.arguments import finite_array, rotations
-from nrchain.motion.contact import contact_distance
+from nrchain.motion.contact import contact_distance, has_rotational_springs, most_turned_link
 from nrchain.scene.scene import Scene
 from nrchain.scene.unwrapping import unwrapped_chain
 from nrchain.states.newton import SteadyState, find_steady_state
@@ -45,7 +45,7 @@ def state_near(scene: Scene, at: Any = None) -> SteadyState:
     if not straight and away > scene.chain.spacing:
         found = f"the state that Newton's method finds from there is {away:.3g} away"
         raise _no_state(begin, start_name(at), found)
-    _refuse_contact(scene, state)
+    _refuse_out_of_reach(scene, state)
     return state
 
 
@@ -95,16 +95,18 @@ def _from_relaxed(scene: Scene) -> SteadyState:
     return find_steady_state(scene, (line.positions, line.frames))
 
 
-def _refuse_contact(scene: Scene, state: SteadyState) -> None:
-    """Raise if spheres overlap in a state: their loads press the links together."""
+def _refuse_out_of_reach(scene: Scene, state: SteadyState) -> None:
+    """Raise if spheres overlap in a state, or a link has turned by a quarter: no run gets there."""
     distance, i, j = closest_pair(state.positions, scene.period)
     contact = contact_distance(scene)
+    soft = "the loads of the links exceed their stiffness; raise "
     if distance <= contact:
-        allowed = (
-            f"overlap in the state, {distance:.4g} apart: the loads of the links exceed their"
-            " stiffness; raise elasticity.ratio"
-        )
+        allowed = f"overlap in the state, {distance:.4g} apart: {soft}elasticity.ratio"
         raise SceneError("at", f"spheres {i} and {j}", allowed)
+    angle, link = most_turned_link(state.frames, scene.chain.ends == "periodic")
+    if has_rotational_springs(scene) and angle >= 0.5 * np.pi:
+        allowed = f"has turned by {angle:.4g} rad in the state: {soft}elasticity.twist and .bend"
+        raise SceneError("at", f"link {link}", allowed)
 
 
 def _shape_of(poses: Poses) -> np.ndarray:
