@@ -15,11 +15,11 @@ import numpy as np
 
 from nrchain.errors import SceneError
 from nrchain.geometry.distances import pose_distances
-from nrchain.motion.integrators import find_integrator, resolve_name
-from nrchain.motion.model import Model
+from nrchain.motion.integrators import find_integrator
 from nrchain.notices import ignore
 from nrchain.outcome import Cause
 from nrchain.planning.counted_work import evaluation_work
+from nrchain.planning.integrator import integrator_of
 from nrchain.run.preparation import check_start
 from nrchain.run.recording import Progress
 from nrchain.run.simulation import simulate_in_memory
@@ -126,7 +126,7 @@ def predict_cost(scene: Scene, allowed: float = PILOT, snapshots: int = SNAPSHOT
 
     Raises :class:`~nrchain.errors.SceneError` for a scene that is refused.
     """
-    scheme = find_integrator(resolve_name(scene.run.integrator, Model(scene).is_banded))
+    scheme = find_integrator(integrator_of(scene))
     steps = max(int(allowed / (evaluation_work(scene) * scheme.evaluations)), FEWEST_STEPS)
     free = {"run.snapshots": snapshots, "run.max_seconds": None}
     pilot, cost = run_timed(load_scene(scene, **free, **{"run.max_steps": steps}))

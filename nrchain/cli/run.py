@@ -38,8 +38,8 @@ def run(
     """Simulate a scene, and write its trajectory and a picture."""
     with no_collection():
         from nrchain.effects.registry import acting
-        from nrchain.motion.integrators import find_integrator, resolve_name
-        from nrchain.motion.model import Model
+        from nrchain.motion.integrators import find_integrator
+        from nrchain.planning.integrator import integrator_of
         from nrchain.planning.regime import warnings
         from nrchain.run.folders import new_folder
         from nrchain.run.output import output_file
@@ -50,7 +50,7 @@ def run(
     loaded, choice = load(scene, [*(changes or ()), *["run.verify=true"] * verify])
     with no_collection():
         # an integrator imports its library when it is looked up
-        find_integrator(resolve_name(loaded.run.integrator, Model(loaded).is_banded))
+        find_integrator(integrator_of(loaded))
     risks = warnings(loaded)
     report_risks(loaded, risks)
     names = ", ".join(effect.name for effect in acting(loaded)) or "none"

@@ -13,8 +13,7 @@ from nrchain.effects.strain import Strain
 from nrchain.effects.strain_size import FiniteSizeOfStrain
 from nrchain.hydrodynamics import slip_modes
 from nrchain.hydrodynamics.slip import Slip
-from nrchain.motion.integrators import resolve_name
-from nrchain.motion.model import Model
+from nrchain.planning.integrator import integrator_of
 from nrchain.planning.pair_sums import sum_over_pairs, unused_accuracy
 from nrchain.planning.regime import warnings
 from nrchain.scene.chain_sections import ElasticitySpec, StartSpec
@@ -67,7 +66,7 @@ def effect_rows(scene: Scene) -> tuple[list[Row], list[Row]]:
         simulated.append(("sum over all pairs", way))
     left_out.append(("other effects", "Brownian motion"))
     run = scene.run
-    scheme = resolve_name(run.integrator, Model(scene).is_banded)
+    scheme = integrator_of(scene)
     chosen = f"{run.integrator}: {scheme}" if scheme != run.integrator else scheme
     simulated.append(("integrator", f"{chosen}, rtol {run.rtol:g}, atol {run.atol:g}"))
     return simulated, left_out

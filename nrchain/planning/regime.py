@@ -12,8 +12,8 @@ import numpy as np
 
 from nrchain.effects.shared.slip_flow import active_modes
 from nrchain.errors import SceneError
-from nrchain.motion.integrators import find_integrator, resolve_name
-from nrchain.motion.model import Model
+from nrchain.motion.integrators import find_integrator
+from nrchain.planning.integrator import integrator_of
 from nrchain.planning.missing_stokeslets import stokeslet_warning
 from nrchain.planning.remedies import remedy
 from nrchain.planning.soundness import Judgement, judge
@@ -92,7 +92,7 @@ def _soundness_warning(scene: Scene, found: Judged) -> str:
 
 
 def _rounding_warning(scene: Scene) -> str:
-    scheme = find_integrator(resolve_name(scene.run.integrator, Model(scene).is_banded))
+    scheme = find_integrator(integrator_of(scene))
     if scheme.renews_chart:
         return ""
     moved = STEPS_PER_NOISE * rounding_drift(scene) * scene.run.end / scene.chain.radius

@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 
 from nrchain import Cause, SceneError, Trajectory, elastic_energy, load_scene, regime, simulate
-from nrchain.motion.integrators import resolve_name
-from nrchain.motion.model import Model
+from nrchain.planning.integrator import integrator_of
 from validation.hard_cases import charts, costs, processes
 from validation.hard_cases.agreement import LEEWAY, Agreement, agreement, nudge
 from validation.hard_cases.fuzz import NOT_RUN, fuzz
@@ -111,7 +110,7 @@ def _compare(recorder: Recorder, case: Case, found: Trajectory) -> Agreement:
 def _schemes(case: Case) -> tuple[str, str]:
     """The integrator of a case, and the one that it is compared with."""
     scene = case.scene()
-    first = resolve_name(scene.run.integrator, Model(scene).is_banded)
+    first = integrator_of(scene)
     return first, case.second or ("cvode" if first == "radau" else "radau")
 
 

@@ -18,8 +18,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from nrchain import Scene, SceneError, Trajectory, load_scene, simulate, simulate_many
-from nrchain.motion.integrators import resolve_name
-from nrchain.motion.model import Model
+from nrchain.planning.integrator import integrator_of
 from validation.report.random_scenes import random_scene
 from validation.report.recorder import Recorder
 from validation.report.style import MARKERS, SHADES
@@ -119,7 +118,7 @@ def _compared() -> Iterator[Compared]:
 
 def _compare(seed: int, scene: Scene) -> Compared | None:
     tolerance = scene.run.rtol
-    mine = resolve_name(scene.run.integrator, Model(scene).is_banded)
+    mine = integrator_of(scene)
     other = "radau" if mine == "cvode" else "cvode"
 
     def at(part: float, integrator: str, **changes: Any) -> Scene:
