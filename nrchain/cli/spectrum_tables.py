@@ -56,7 +56,8 @@ def _stability(found: Spectrum) -> str:
         if mode.growth > mode.error
     )
     if growing:
-        more = " or more" if growing >= len(found.modes) else ""
+        last = found.modes[-1]
+        more = " or more" if last.growth > last.error else ""
         return f"unstable: {growing}{more} of {len(found.rates)} modes grow"
     if found.is_stable:
         return f"stable: the slowest mode decays within {digits(-1.0 / found.leading.growth)}"

@@ -4,6 +4,7 @@ import pytest
 from support.command_line import assert_refused, call
 
 import nrchain
+from nrchain.states import transient
 
 
 def test_the_modes_of_a_clamped_chain_are_shown():
@@ -23,6 +24,27 @@ def test_the_motion_of_a_spinning_chain_is_shown_with_its_neutral_motions():
     assert result.exit_code == 0
     assert "rotates at Ω = (-" in result.stdout
     assert "neutral motions: 6 (translation along x" in result.stdout
+
+
+def test_growing_modes_are_counted():
+    result = call("spectrum", "buckling")
+    assert "unstable: 4 of 108 modes grow\n" in result.stdout
+    flutter = ["--set", "slip.2s=60", "--set", "slip.3t=1000", "--set", "elasticity.ratio=1e8"]
+    result = call("spectrum", "buckling", *flutter, "--modes", "6")
+    assert "unstable: 4 of 108 modes grow\n" in result.stdout
+    assert "±0.0191554" in result.stdout
+    result = call("spectrum", "buckling", "--modes", "2")
+    assert "unstable: 2 or more of 108 modes grow\n" in result.stdout
+
+
+def test_transient_growth_is_shown_where_it_is_computed(monkeypatch):
+    wavering = ["--set", "slip.2s=60", "--set", "slip.3t=500", "--set", "elasticity.ratio=1e8"]
+    result = call("spectrum", "buckling", *wavering)
+    assert "small changes grow up to 1.665 times, at t = 205" in result.stdout
+    monkeypatch.setattr(transient, "SPHERES", 10)
+    result = call("spectrum", "buckling", *wavering)
+    assert "transient growth is not computed for so many spheres" in result.stdout
+    assert "decay from the start" in call("spectrum", "stable").stdout
 
 
 def test_the_end_of_a_run_may_be_given(tmp_path):

@@ -278,6 +278,27 @@ def test_left_modes_read_the_amplitude_of_each_right_mode():
     assert all(np.isrealobj(mode.right) for mode in found.modes if not mode.frequency)
 
 
+@pytest.mark.parametrize("number", [1, 3, 6])
+def test_as_many_leading_modes_are_given_as_asked_for(number):
+    found = spectrum(graded(7), modes=number)
+    counts = [mode.multiplicity * (2 if mode.frequency else 1) for mode in found.modes]
+    assert sum(counts) >= number > sum(counts) - counts[-1]
+    assert [mode.growth for mode in found.modes] == sorted(
+        (mode.growth for mode in found.modes), reverse=True
+    )
+    assert all(mode.frequency >= 0.0 for mode in found.modes)
+    assert found.leading.rate == pytest.approx(found.rates[0])
+
+
+def test_rates_go_from_the_fastest_growth_on_and_pairs_with_the_positive_frequency_first():
+    rates = spectrum(graded(7)).rates
+    assert (np.diff(rates.real) <= 0.0).all()
+    pairs = np.flatnonzero((np.diff(rates.real) == 0.0) & (rates[:-1] == rates[1:].conj()))
+    turning = pairs[rates[pairs].imag != 0.0]
+    assert len(turning) > 3
+    assert (rates[turning].imag > 0.0).all()
+
+
 def test_the_error_of_a_rate_covers_the_rounding_of_a_stiff_chain():
     """The same chain elsewhere is rounded differently: its rates differ by less than the errors."""
     changes = {"chain.particles": 12, "chain.ends": "free", "elasticity.ratio": 1e12}
