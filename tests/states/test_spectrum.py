@@ -243,6 +243,10 @@ def test_translations_across_the_axis_of_a_spinning_chain_turn_with_it():
     assert abs(spin) > 1e-3
     turning = [0.0, 0.0, 1j * spin, 1j * spin, -1j * spin, -1j * spin]
     assert_same_set(found.neutral.rates, np.array(turning), 1e-9)
+    assert found.neutral.names == tuple(
+        f"{motion} {axis}" for motion in ("translation along", "rotation about") for axis in "xyz"
+    )
+    assert found.neutral.error < 1e-10
 
 
 def test_a_chain_in_an_extension_rests_about_its_stagnation_point():
