@@ -243,6 +243,7 @@ def test_what_is_run_does_not_depend_on_the_clock(monkeypatch):
     assert slow.own.seconds > 3600.0
 
 
+@pytest.mark.slow
 def test_stable_is_run_to_its_end_and_the_setting_advised_reaches_the_target():
     """The advice of ``nrchain cost stable --target 1e-4``, on a processor that counts work."""
     scene = load_scene("stable")

@@ -18,6 +18,7 @@ from nrchain.planning.shared_steps import largest_distance
 SHORT = {"run.end": 30.0, "run.snapshots": 3, "chain.particles": 12}
 
 
+@pytest.mark.slow
 def test_estimates_are_the_differences_of_whole_runs():
     scene = nrchain.load_scene("wave", **SHORT)
     run = nrchain.simulate(scene)

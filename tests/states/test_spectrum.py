@@ -350,7 +350,10 @@ def test_sensitivities_of_each_sphere_add_up_to_that_of_all():
 WAVERING = {"slip.2s": 60.0, "slip.3t": 500.0, "elasticity.ratio": 1e8}
 
 
-@pytest.mark.parametrize(("name", "changes"), [("wave", {}), ("buckling", WAVERING)])
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [("wave", {}), pytest.param("buckling", WAVERING, marks=pytest.mark.slow)],
+)
 def test_transient_growth_is_the_largest_norm_of_the_exponential(name, changes):
     scene = nrchain.load_scene(name, **changes)
     found = spectrum(scene)

@@ -26,6 +26,7 @@ def failed(recorder):
     return {check.name for check in recorder.failed}
 
 
+@pytest.mark.slow
 def test_the_study_holds():
     outcome = run_study("solid", quick=True)
     assert not outcome.error
