@@ -127,7 +127,11 @@ SPECIMENS = {
     "nrchain.rod.Moduli": lambda: nrchain.moduli(nrchain.load_scene("wave")),
     "nrchain.rod.Modulus": lambda: rod.TABLE[0],
     "nrchain.rod.Response": lambda: rod.uniform_response(nrchain.load_scene("wave"), [0] * 6),
+    "nrchain.rod.Symbol": lambda: rod.rod_symbol(nrchain.Material.of(nrchain.load_scene("wave"))),
     "nrchain.rod.Symmetry": lambda: rod.symmetry_of_modes({"4a": (1, 0, 0)}),
+    "nrchain.rod.Waves": lambda: rod.rod_waves(
+        nrchain.Material.of(nrchain.load_scene("wave")), [0.01, 0.02]
+    ),
     "nrchain.rod.Work": lambda: rod.Work(1.0, 1e-9),
     "nrchain.work.RunCost": lambda: work.cost_of(trajectory()),
     "nrchain.work.Stopwatch": work.Stopwatch,

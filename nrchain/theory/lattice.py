@@ -41,6 +41,7 @@ from nrchain.errors import SceneError
 from nrchain.inputs.arguments import finite_array
 from nrchain.scene.loading import load_scene, require_scene
 from nrchain.scene.scene import Scene
+from nrchain.theory.eigenvalues import matched_eigenvalues, two_branches
 from nrchain.theory.lattice_sums import Reach, power_sum
 from nrchain.theory.straight_chain import Complex, StraightChain
 
@@ -106,7 +107,7 @@ def lattice_rates(scene: Scene, wavenumbers: ArrayLike, *, frame: Frame = "lab")
     _add_spin(chain, soft, frame)
     reduced = _reduce(chain, soft, phases)
     if not chain.isotropic:
-        return _matched_eigenvalues(reduced)
+        return matched_eigenvalues(reduced)
     rates = np.empty((*phases.shape, 6), complex)
     for bend, shear in (
         (Branch.BEND_PLUS, Branch.SHEAR_PLUS),
@@ -114,7 +115,7 @@ def lattice_rates(scene: Scene, wavenumbers: ArrayLike, *, frame: Frame = "lab")
     ):
         a, b = reduced[..., bend, bend], reduced[..., bend, shear]
         c, d = reduced[..., shear, bend], reduced[..., shear, shear]
-        rates[..., bend], rates[..., shear] = _two_branches(a, b, c, d)
+        rates[..., bend], rates[..., shear] = two_branches(a, b, c, d)
     # rotating a sphere about its own axis does not change its flow: u_x and φ_x are triangular
     for branch in (Branch.STRETCH, Branch.TWIST):
         rates[..., branch] = reduced[..., branch, branch]
@@ -269,28 +270,3 @@ def _root(chain: StraightChain, phases: np.ndarray) -> Complex:
             allowed += ", or 'all'"
         reach = chain.scene.friction.neighbours
         raise SceneError("friction.neighbours", reach, allowed) from None
-
-
-def _two_branches(
-    a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues of [[a, b], [c, d]], the one nearer to a first, without cancellation."""
-    half = (a - d) / 2.0
-    root = np.sqrt(half * half + b * c)
-    root = np.where((half.conj() * root).real < 0.0, -root, root)
-    denominator = half + root
-    apart = denominator != 0.0
-    shift = np.divide(b * c, denominator, out=np.zeros_like(root), where=apart)
-    return a + shift, d - shift
-
-
-def _matched_eigenvalues(reduced: Complex) -> Complex:
-    """Eigenvalues of the reduced operator, each in the column where its vector is largest."""
-    from scipy.optimize import linear_sum_assignment
-
-    values, vectors = np.linalg.eig(reduced)
-    rates = np.empty(values.shape, complex)
-    for index in np.ndindex(values.shape[:-1]):
-        rows, columns = linear_sum_assignment(-(np.abs(vectors[index]) ** 2))
-        rates[index][rows] = values[index][columns]
-    return rates

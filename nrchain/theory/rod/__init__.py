@@ -15,8 +15,10 @@ from nrchain.theory.rod.moduli import TABLE, Modulus, moduli
 from nrchain.theory.rod.parameters import MODES, Rod
 from nrchain.theory.rod.reach import neighbours_needed, reach_limit, reach_ratio, reach_sum
 from nrchain.theory.rod.slip_symmetry import slip_symmetry, symmetry_of_modes
+from nrchain.theory.rod.symbol import Symbol, base_motion, beam_symbol, rod_symbol
 from nrchain.theory.rod.symmetry import Class, Symmetry, classes
 from nrchain.theory.rod.uniform import Response, uniform_response
+from nrchain.theory.rod.waves import Waves, rod_waves
 
 __all__ = [
     "MISPRINTS",
@@ -30,9 +32,13 @@ __all__ = [
     "Modulus",
     "Response",
     "Rod",
+    "Symbol",
     "Symmetry",
+    "Waves",
     "Work",
+    "base_motion",
     "beam_rates",
+    "beam_symbol",
     "classes",
     "continuum_operator",
     "cycle_work",
@@ -45,6 +51,8 @@ __all__ = [
     "reach_limit",
     "reach_ratio",
     "reach_sum",
+    "rod_symbol",
+    "rod_waves",
     "slip_symmetry",
     "steady_motion",
     "strain_cycle",
