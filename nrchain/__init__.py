@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from nrchain.states.modes import Mode
     from nrchain.states.spectrum import Spectrum, spectrum
     from nrchain.theory import lattice, rod
+    from nrchain.theory.dispersion import Dispersion, dispersion
     from nrchain.theory.lattice import (
         Branch,
         lattice_operator,
@@ -56,12 +57,13 @@ if TYPE_CHECKING:
     from nrchain.theory.rod import Material, Rod
     from nrchain.theory.rod.coarse_graining import moduli
     from nrchain.trajectory.trajectory import Trajectory
-    from nrchain.view import effect_plots, plots
+    from nrchain.view import dispersion_plots, effect_plots, plots
 
 # Public modules and names are imported at first use, so that `import nrchain` stays light.
 _MODULES = {
     "auto": "nrchain.planning.auto",
     "cost": "nrchain.accuracy.cost",
+    "dispersion_plots": "nrchain.view.dispersion_plots",
     "effect_plots": "nrchain.view.effect_plots",
     "estimate": "nrchain.planning.estimate",
     "lattice": "nrchain.theory.lattice",
@@ -99,6 +101,8 @@ _MODULE_OF = {
     "steady_stress": "nrchain.theory.lattice",
     "steady_velocity": "nrchain.theory.lattice",
     "Cause": "nrchain.outcome",
+    "Dispersion": "nrchain.theory.dispersion",
+    "dispersion": "nrchain.theory.dispersion",
     "Material": "nrchain.theory.rod",
     "moduli": "nrchain.theory.rod.coarse_graining",
     "Rod": "nrchain.theory.rod",
@@ -128,6 +132,7 @@ __all__ = [
     "Cause",
     "Contributions",
     "CriticalStrength",
+    "Dispersion",
     "Effect",
     "Material",
     "Member",
@@ -153,6 +158,8 @@ __all__ = [
     "cost",
     "critical_strength",
     "describe",
+    "dispersion",
+    "dispersion_plots",
     "effect_plots",
     "elastic_energy",
     "elastic_wrenches",

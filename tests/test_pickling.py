@@ -90,6 +90,7 @@ SPECIMENS = {
     "nrchain.Contributions": lambda: nrchain.contributions(scene(), *poses()),
     "nrchain.CriticalStrength": threshold,
     "nrchain.Effect": lambda: [e(scene()) for e in effects() if e.acts(scene())],
+    "nrchain.Dispersion": lambda: nrchain.dispersion(nrchain.load_scene("wave"), [0.01, 0.02]),
     "nrchain.Material": lambda: nrchain.Material.of(nrchain.load_scene("wave")),
     "nrchain.Member": lambda: next(nrchain.simulate_many([scene()])),
     "nrchain.Mode": lambda: threshold().spectrum.leading,

@@ -13,6 +13,7 @@ import typer
 from typer.core import TyperGroup
 
 from nrchain.cli.cost import cost
+from nrchain.cli.dispersion import dispersion
 from nrchain.cli.effects import effects
 from nrchain.cli.exits import BROKEN_PIPE, REFUSED, report_unwritable_output, show
 from nrchain.cli.plan import plan
@@ -62,7 +63,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (run, plan, resume, scenes, effects, plot, cost, solid, spectrum):
+for command in (run, plan, resume, scenes, effects, plot, cost, solid, dispersion, spectrum):
     app.command()(command)
 
 

@@ -10,8 +10,14 @@ import typer
 
 from nrchain.cli.arguments import Run, find_run
 from nrchain.cli.exits import one_line_errors, show
-from nrchain.cli.summary import EFFECTS_PICTURE, PICTURE, PICTURE_IN_SPACE, picture_beside
-from nrchain.errors import SceneError, TrajectoryError
+from nrchain.cli.summary import (
+    EFFECTS_PICTURE,
+    PICTURE,
+    PICTURE_IN_SPACE,
+    check_absent,
+    picture_beside,
+)
+from nrchain.errors import SceneError
 
 
 class View(StrEnum):
@@ -55,7 +61,7 @@ def plot(
         _refuse_beside_effects("--view" if view else "--times", view.value if view else times)
     trajectory = Trajectory.open(find_run(directory))
     if output is not None and not overwrite:
-        _check_absent(output)
+        check_absent(output)
     if of_effects:
         from nrchain.view.effect_plots import draw_effects
 
@@ -70,12 +76,3 @@ def plot(
 
 def _refuse_beside_effects(option: str, value: object) -> None:
     raise SceneError(option, value, "applies to pictures of the chain; remove it or --effects")
-
-
-def _check_absent(output: Path) -> None:
-    """Raise :class:`TrajectoryError` if the file of a picture exists."""
-    from nrchain.trajectory.file import file_errors
-
-    with file_errors(output, "cannot be drawn"):
-        if output.exists():
-            raise TrajectoryError(f"{output} exists; add --overwrite to replace it")

@@ -11,6 +11,7 @@ from nrchain.cli.exits import STOPPED, show_if_possible
 from nrchain.cli.garbage import no_collection
 from nrchain.cli.tables import ERRORS_NOTE, counters_table, effects_table, errors_table
 from nrchain.cli.terminal import note, report
+from nrchain.errors import TrajectoryError
 
 if TYPE_CHECKING:
     from nrchain.trajectory.trajectory import Trajectory
@@ -71,3 +72,12 @@ def picture_beside(trajectory: Trajectory, name: str) -> Path:
     assert trajectory.path is not None
     prefix = "" if trajectory.path.name == FILE_NAME else f"{trajectory.path.stem}-"
     return trajectory.path.with_name(prefix + name)
+
+
+def check_absent(output: Path) -> None:
+    """Raise :class:`TrajectoryError` if the file of a picture exists."""
+    from nrchain.trajectory.file import file_errors
+
+    with file_errors(output, "cannot be drawn"):
+        if output.exists():
+            raise TrajectoryError(f"{output} exists; add --overwrite to replace it")

@@ -15,11 +15,15 @@ if TYPE_CHECKING:
     from nrchain.accuracy.plan_effects import EffectPlan
     from nrchain.accuracy.timing import Measured
     from nrchain.planning.plan import Plan
+    from nrchain.theory.dispersion import Dispersion
     from nrchain.theory.rod.coarse_graining import Moduli
     from nrchain.trajectory.trajectory import Trajectory
 
 ERROR_ROWS = 6
 """Most rows of the table of errors; the file has the errors of all snapshots."""
+
+ROUNDING = 1e-12
+"""Part of a rate, relative to its size, that is shown as 0."""
 
 ERRORS_NOTE = (
     "errors are the distance from a second run with a tenth of the tolerances, the largest over the"
@@ -159,6 +163,43 @@ def entries_table(found: Moduli) -> Table:
             table.add_row(f"{rows[n // 3]}{n % 3 + 1}", *cells)
         table.add_section()
     return table
+
+
+def dispersion_table(found: Dispersion) -> Table:
+    """Each branch where the lattice grows fastest: its rates by every theory, one branch a row."""
+    from nrchain.theory.lattice import Branch
+
+    table = plain_table("branch")
+    theories = ["lattice", *(["rod", "beam limit"] if found.rod else [])]
+    titles = ["fastest\nat qd", *(f"growth\n{name}" for name in theories)]
+    titles += [f"frequency\n{name}" for name in theories]
+    if found.rod:
+        titles.append("group velocity\nrod")
+    for title in titles:
+        table.add_column(title, justify="right", no_wrap=True)
+    for branch in Branch:
+        row = found.fastest(branch)
+        rates: list[complex | None] = [found.lattice[row, branch]]
+        cells = [f"{found.wavenumbers[row] * found.scene.chain.spacing:.4g}"]
+        for waves in (found.rod, found.beam) if found.rod else ():
+            known = waves is not None and branch in waves.branches
+            rates.append(waves.column(branch)[row] if waves is not None and known else None)
+        cells += [_rate(rate, growth=True) for rate in rates]
+        cells += [_rate(rate, growth=False) for rate in rates]
+        if found.rod:
+            velocity = found.rod.velocities[row, branch]
+            scale = abs(found.rod.rates[row, branch]) / found.wavenumbers[row]
+            cells.append("0" if abs(velocity) <= ROUNDING * scale else f"{velocity:.4g}")
+        table.add_row(branch.spoken, *cells)
+    return table
+
+
+def _rate(rate: complex | None, *, growth: bool) -> str:
+    """Re Λ or −Im Λ; 0 within rounding, and nothing where a theory has no such branch."""
+    if rate is None:
+        return ""
+    value = rate.real if growth else -rate.imag
+    return "0" if abs(value) <= ROUNDING * abs(rate) else f"{value:.4g}"
 
 
 def _value(value: float, error: float) -> str:

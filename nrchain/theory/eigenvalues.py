@@ -67,6 +67,15 @@ def follow(values: Callable[[complex], Complex], path: NDArray[np.complex128]) -
     return np.array(rows)
 
 
+def joined(rows: Complex) -> Complex:
+    """Sets (n, k) at points in a row, each column continuous: see :func:`follow`."""
+    found = rows.copy()
+    for n in range(1, len(rows)):
+        slope = found[n - 1] - found[n - 2] if n > 1 else 0.0
+        found[n] = _match(found[n - 1] + slope, rows[n])[0]
+    return found
+
+
 def _match(expected: Complex, values: Complex) -> tuple[Complex, bool]:
     """The values in the order of those expected, and whether none could be another."""
     from scipy.optimize import linear_sum_assignment

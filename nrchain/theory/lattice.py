@@ -76,6 +76,11 @@ class Branch(IntEnum):
         """+1 or −1, and 0 for the longitudinal branches."""
         return 0 if self.name in ("STRETCH", "TWIST") else 1 if self.name.endswith("PLUS") else -1
 
+    @property
+    def spoken(self) -> str:
+        """The name in a table or a picture, such as "bend +"."""
+        return self.name.lower().replace("_plus", " +").replace("_minus", " −")
+
 
 def chain_waves(scene: Scene) -> NDArray[np.float64]:
     """q (WAVENUMBERS,), from π/(N d) (half a wave on the chain) to π/d (a wave of two spheres)."""

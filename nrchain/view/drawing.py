@@ -46,14 +46,23 @@ UNKNOWN = "□"
 def check_drawable(trajectory: Trajectory, path: str | Path) -> Path:
     """The path of a picture of a trajectory, with matplotlib ready to draw it.
 
-    Raises :class:`~nrchain.errors.SceneError` for a path with another ending than :data:`FORMATS`,
-    and :class:`~nrchain.errors.TrajectoryError` for a trajectory without snapshots.
+    Raises errors as :func:`check_picture`, and :class:`~nrchain.errors.TrajectoryError` for a
+    trajectory without snapshots.
+    """
+    path = check_picture(path)
+    if not len(trajectory.time):
+        raise TrajectoryError("the trajectory has no finished snapshot to draw")
+    return path
+
+
+def check_picture(path: str | Path) -> Path:
+    """The path of a picture, with matplotlib ready to draw it.
+
+    Raises :class:`~nrchain.errors.SceneError` for a path with another ending than :data:`FORMATS`.
     """
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
         raise SceneError("picture", str(path), f"must end in one of {', '.join(FORMATS)}")
-    if not len(trajectory.time):
-        raise TrajectoryError("the trajectory has no finished snapshot to draw")
     require_matplotlib()
     return path
 

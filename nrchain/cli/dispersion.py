@@ -1,0 +1,58 @@
+"""``nrchain dispersion``: growth and frequency of the plane waves of a scene."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from nrchain.cli.arguments import RUNS, Changes, SceneName, load
+from nrchain.cli.exits import one_line_errors, show
+from nrchain.cli.summary import check_absent
+from nrchain.cli.tables import dispersion_table
+from nrchain.cli.terminal import note
+
+PICTURE = "dispersion.png"
+
+
+@one_line_errors()
+def dispersion(
+    scene: SceneName,
+    changes: Changes = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="File to write: PNG, PDF or SVG.",
+            show_default=f"{RUNS}/SCENE-{PICTURE}",
+        ),
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the file that -o names.")
+    ] = False,
+) -> None:
+    """Draw growth and frequency of plane waves: the lattice, its rod, and the beam limit."""
+    from nrchain.theory.dispersion import dispersion as compute
+    from nrchain.trajectory.file import file_errors
+    from nrchain.view.dispersion_plots import draw_dispersion
+    from nrchain.view.drawing import check_picture
+
+    if output is not None:
+        check_picture(output)
+        if not overwrite:
+            check_absent(output)
+    loaded, _ = load(scene, changes)
+    found = compute(loaded)
+    path = output or RUNS / f"{Path(scene).stem}-{PICTURE}"
+    if output is None:
+        with file_errors(path, "cannot be drawn"):
+            RUNS.mkdir(exist_ok=True)
+    draw_dispersion(found, path)
+    show(dispersion_table(found), whole=True)
+    if found.frame == "spinning":
+        show("rates along axes that spin with the chain", soft_wrap=True)
+    if found.why:
+        note(f"{found.why}; the lattice is drawn alone")
+    show(str(path), soft_wrap=True)

@@ -1,0 +1,163 @@
+"""Draw growth and frequency of plane waves: the lattice, its rod, and the beam limit.
+
+Each kind of branch has a column: bending, stretch and twist, shear. Growth is Re Λ and frequency
+ω = −Im Λ. The scale is linear around zero and logarithmic beyond, since rates span orders of
+magnitude.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nrchain.theory.dispersion import Dispersion
+from nrchain.theory.lattice import Branch
+from nrchain.view.drawing import (
+    INK,
+    LINE,
+    PAPER,
+    TEXT,
+    TITLE,
+    check_picture,
+    letters,
+    new_figure,
+    save,
+    style,
+    write_title,
+)
+
+COLUMNS = {
+    "bending": (Branch.BEND_PLUS, Branch.BEND_MINUS),
+    "stretch and twist": (Branch.STRETCH, Branch.TWIST),
+    "shear": (Branch.SHEAR_PLUS, Branch.SHEAR_MINUS),
+}
+
+LOOKS: dict[str, dict[str, Any]] = {
+    "lattice": {"linewidth": 2.6, "alpha": 0.35, "zorder": 1},
+    "rod": {"linewidth": 1.2, "linestyle": "-", "zorder": 2},
+    "beam": {"linewidth": 1.2, "linestyle": (0, (3, 2)), "zorder": 3},
+}
+"""The lines of each theory."""
+
+NAMES = {"lattice": "lattice", "rod": "rod", "beam": "beam limit"}
+
+COLOURS = ("#1f77b4", "#d62728")
+"""Of the two branches of a panel."""
+
+THINNER = 0.5
+"""Width of the second branch over that of the first: both are seen where they coincide."""
+
+PHASES = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0)
+"""Ticks of qd."""
+
+DECADES = 4
+"""Most ticks of either sign."""
+
+LEAST = 1e-5
+"""Fraction of the largest rate of a panel below which its scale is linear, at the least."""
+
+ROUNDING = 1e-12
+"""Fraction of the largest rate of a panel below which a rate is drawn as 0."""
+
+
+def draw_dispersion(found: Dispersion, path: str | Path) -> Path:
+    """Draw all branches of a scene, and return the path, whose ending chooses PNG, PDF or SVG.
+
+    An existing file is replaced. Raises :class:`~nrchain.errors.SceneError` for another ending, and
+    :class:`~nrchain.errors.TrajectoryError` for a file that cannot be written.
+    """
+    path = check_picture(path)
+    figure = new_figure(10.5, 6.0, "constrained")
+    panels = figure.subplots(2, len(COLUMNS), sharex=True)
+    lines: dict[str, Any] = {}
+    for column, (title, branches) in enumerate(COLUMNS.items()):
+        for row, part in enumerate((np.real, _frequency)):
+            axes = panels[row, column]
+            style(axes)
+            lines = _draw_panel(axes, found, branches, part) | lines
+        write_title(panels[0, column], title)
+        panels[1, column].set(xlabel="$qd$")
+    panels[0, 0].set(ylabel=r"growth  Re $\Lambda$")
+    panels[1, 0].set(ylabel=r"frequency  $\omega = -$Im $\Lambda$")
+    figure.legend(
+        lines.values(),
+        lines.keys(),
+        loc="outside lower center",
+        ncols=3,
+        frameon=False,
+        fontsize=TEXT,
+        labelcolor=INK,
+    )
+    for line in figure.legends[0].get_lines():
+        line.set_color(INK)
+    figure.set(facecolor=PAPER, edgecolor=PAPER)
+    figure.suptitle(letters(found.scene.title), fontsize=TITLE, fontweight="bold", color=INK)
+    save(figure, path)
+    return path
+
+
+def _frequency(rates: np.ndarray) -> np.ndarray:
+    """ω of Λ."""
+    return -np.imag(rates)
+
+
+def rates_of(found: Dispersion, theory: str, branch: Branch) -> np.ndarray | None:
+    """Λ (n,) of a branch by a theory: "lattice", "rod" or "beam"; None where it has none."""
+    if theory == "lattice":
+        return found.lattice[:, branch]
+    waves = found.rod if theory == "rod" else found.beam
+    return waves.column(branch) if waves is not None and branch in waves.branches else None
+
+
+def _draw_panel(
+    axes: Any, found: Dispersion, branches: tuple[Branch, ...], part: Any
+) -> dict[str, Any]:
+    """Draw one part of the rates of some branches; return one line of each theory."""
+    phases = found.wavenumbers * found.scene.chain.spacing
+    lines: dict[str, Any] = {}
+    for theory, look in LOOKS.items():
+        for n, branch in enumerate(branches):
+            rates = rates_of(found, theory, branch)
+            if rates is None:
+                continue
+            values = _above_rounding(part(rates), rates)
+            width = look["linewidth"] * (1.0 if n == 0 else THINNER)
+            own = LINE | look | {"color": COLOURS[n], "linewidth": width}
+            (line,) = axes.plot(phases, values, **own)
+            lines.setdefault(NAMES[theory], line)
+    for n, branch in enumerate(branches):
+        place = (0.02 + 0.19 * n, 0.02)
+        axes.text(*place, branch.spoken, transform=axes.transAxes, color=COLOURS[n], size=TEXT)
+    lattice = found.lattice[:, branches]
+    _scale(axes, phases, _above_rounding(part(lattice), lattice))
+    return lines
+
+
+def _above_rounding(values: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """A part of rates, 0 within their rounding."""
+    return np.where(np.abs(values) > ROUNDING * np.abs(rates).max(), values, 0.0)
+
+
+def _scale(axes: Any, phases: np.ndarray, lattice: np.ndarray) -> None:
+    """Scales and ticks that show all rates of the lattice; those of the rod may leave them."""
+    from matplotlib.ticker import FixedLocator, FuncFormatter
+
+    axes.set_xscale("log")
+    axes.set_xlim(phases.min(), phases.max())
+    axes.xaxis.set_major_locator(FixedLocator(PHASES))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_locator(FixedLocator([]))
+    sizes = np.abs(lattice)
+    largest = float(sizes.max(initial=0.0))
+    if largest == 0.0:
+        return
+    linear = max(float(sizes[sizes > 0.0].min()), LEAST * largest)
+    axes.set_yscale("symlog", linthresh=linear, linscale=0.4)
+    low, high = min(float(lattice.min()), 0.0), max(float(lattice.max()), 0.0)
+    axes.set_ylim(min(2.0 * low, -linear), max(2.0 * high, linear))
+    powers = np.arange(np.ceil(np.log10(linear)), np.floor(np.log10(2.0 * largest)) + 1)
+    ticks = 10.0 ** powers[:: -max(1, -(-len(powers) // DECADES))]
+    axes.yaxis.set_major_locator(FixedLocator([*-ticks, 0.0, *ticks]))
+    axes.yaxis.set_minor_locator(FixedLocator([]))
