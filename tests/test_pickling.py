@@ -125,6 +125,9 @@ SPECIMENS = {
     "nrchain.regime.Judgement": lambda: regime.try_judge(nrchain.load_scene("buckling")),
     "nrchain.rod.Class": lambda: rod.classes()["F_pre"],
     "nrchain.rod.Constants": lambda: rod.Constants.named({"F_pre": 1.0}),
+    "nrchain.rod.Instability": lambda: rod.rod_instability(
+        nrchain.Material.of(nrchain.load_scene("buckling"))
+    ),
     "nrchain.rod.Moduli": lambda: nrchain.moduli(nrchain.load_scene("wave")),
     "nrchain.rod.Modulus": lambda: rod.TABLE[0],
     "nrchain.rod.Response": lambda: rod.uniform_response(nrchain.load_scene("wave"), [0] * 6),

@@ -8,6 +8,7 @@ the simulation. :func:`nrchain.moduli` and :class:`Material` are for any chain, 
 from nrchain.theory.rod.coarse_graining import Moduli
 from nrchain.theory.rod.constants import SYMBOLS, Constants
 from nrchain.theory.rod.dispersion import longitudinal, optical, steady_motion, transverse, twisting
+from nrchain.theory.rod.instability import Instability, instability, rod_instability
 from nrchain.theory.rod.linear import MISPRINTS, beam_rates, continuum_operator, discrete_operator
 from nrchain.theory.rod.material import Material, Work, cycle_work, strain_cycle
 from nrchain.theory.rod.measured_symmetry import measured_symmetry
@@ -27,6 +28,7 @@ __all__ = [
     "TABLE",
     "Class",
     "Constants",
+    "Instability",
     "Material",
     "Moduli",
     "Modulus",
@@ -43,6 +45,7 @@ __all__ = [
     "continuum_operator",
     "cycle_work",
     "discrete_operator",
+    "instability",
     "longitudinal",
     "measured_symmetry",
     "moduli",
@@ -51,6 +54,7 @@ __all__ = [
     "reach_limit",
     "reach_ratio",
     "reach_sum",
+    "rod_instability",
     "rod_symbol",
     "rod_waves",
     "slip_symmetry",

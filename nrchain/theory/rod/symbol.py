@@ -60,6 +60,13 @@ class Symbol:
 
     __repr__ = brief
 
+    def __post_init__(self) -> None:
+        for name in ("wrench", "drag"):
+            part = np.asarray(getattr(self, name))
+            if part.ndim != 3 or part.shape[1] != part.shape[2]:
+                raise SceneError(name, part.shape, "must be the shape of coefficients (n, k, k)")
+            object.__setattr__(self, name, part)
+
     def at(self, wavenumbers: ArrayLike) -> tuple[Complex, Complex]:
         """W and Γ (..., k, k) at wavenumbers q, real or complex."""
         slope = 1j * np.asarray(wavenumbers, complex)[..., None, None]
