@@ -13,7 +13,7 @@ from nrchain.theory.rod import helix, linear_response, symmetry
 from validation.report.recorder import Recorder
 from validation.report.studies import run_study
 from validation.report.uniform_chains import STRENGTHS, uniform_chain
-from validation.solid import moduli, work
+from validation.solid import moduli, waves, work
 from validation.solid import symmetry as symmetry_study
 
 
@@ -31,7 +31,9 @@ def test_the_study_holds():
     outcome = run_study("solid", quick=True)
     assert not outcome.error
     assert failed(outcome.recorder) == set()
-    assert [picture.name for picture in outcome.recorder.pictures] == ["response", "work"]
+    assert [picture.name for picture in outcome.recorder.pictures] == [
+        *("pinch", "response", "work")
+    ]
 
 
 @pytest.mark.parametrize("label", STRENGTHS)
@@ -118,3 +120,24 @@ def test_a_forbidden_entry_of_one_percent_is_found():
     assert symmetry_study.forbidden(found) < 1.0
     entry = nrchain.rod.Constants.named({"C_odd_F_eps": 0.01 * found.active.largest()})
     assert symmetry_study.forbidden(dataclasses.replace(found, active=found.active + entry)) > 1e6
+
+
+@pytest.mark.parametrize("label", STRENGTHS)
+def test_a_mode_off_by_one_percent_is_found_in_the_symbol(label, monkeypatch, recorder):
+    mode = slip_modes.find(label)
+    off = {key: [p * 101 / 100 for p in row] for key, row in mode.velocity.items()}
+    monkeypatch.setitem(slip_modes._MODES, label, dataclasses.replace(mode, velocity=off))
+    waves._symbol(recorder, label, uniform_chain({label: STRENGTHS[label]}, {}))
+    assert f"{label}: largest difference of the symbol" in " ".join(failed(recorder))
+
+
+def test_a_pinch_off_by_one_percent_is_found(monkeypatch, recorder):
+    exact = waves.rod.rod_instability
+
+    def wrong(material, **options):
+        found = exact(material, **options)
+        return dataclasses.replace(found, rate=1.01 * found.rate)
+
+    monkeypatch.setattr(waves.rod, "rod_instability", wrong)
+    waves._pushes(recorder, 800.0)
+    assert len(recorder.failed) == 1
