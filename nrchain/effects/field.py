@@ -10,7 +10,18 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 import numpy as np
+from numba import carray
 
+from nrchain._addresses import (
+    ROW,
+    Term,
+    compile_term,
+    floats_at,
+    integers_at,
+    matrix_in,
+    table_of,
+    vector_in,
+)
 from nrchain._compile import kernel
 from nrchain.effects.base import OneBodyEffect, cross_matrix
 from nrchain.effects.registry import register_effect
@@ -44,6 +55,37 @@ def _add_field(frames: np.ndarray, lab: np.ndarray, body: np.ndarray, wrenches: 
                     + body[half, 1] * frames[i, 1, k]
                     + body[half, 2] * frames[i, 2, k]
                 )
+
+
+def _add_at(context, positions, frames, out, width):
+    """The term of :func:`_add_field`; its table: f and t, f_a and t_a, and N."""
+    t = carray(integers_at(context), (3, ROW))
+    n = vector_in(t, 2, integers_at)[0]
+    lab, body = vector_in(t, 0, floats_at), matrix_in(t, 1, floats_at)
+    _add_field(carray(floats_at(frames), (n, 3, 3)), lab, body, carray(floats_at(out), (n, 6)))
+    return 0
+
+
+def _add_blocks_at(context, positions, frames, out, width):
+    """The derivative of the same: blocks[i, w] −= b × for the body vectors b."""
+    t = carray(integers_at(context), (3, ROW))
+    n, body = vector_in(t, 2, integers_at)[0], matrix_in(t, 1, floats_at)
+    e, blocks = (
+        carray(floats_at(frames), (n, 3, 3)),
+        carray(floats_at(out), (n, 2 * width + 1, 6, 6)),
+    )
+    for i in range(n):
+        for half in range(2):
+            for k in range(3):
+                b = (
+                    body[half, 0] * e[i, 0, k]
+                    + body[half, 1] * e[i, 1, k]
+                    + body[half, 2] * e[i, 2, k]
+                )
+                p, q = (k + 1) % 3, (k + 2) % 3
+                blocks[i, width, 3 * half + p, 3 + q] += b
+                blocks[i, width, 3 * half + q, 3 + p] -= b
+    return 0
 
 
 @register_effect
@@ -96,6 +138,11 @@ class Field(OneBodyEffect):
 
     def add_wrenches(self, positions: np.ndarray, frames: np.ndarray, wrenches: np.ndarray) -> None:
         _add_field(frames, self._lab, self._body, wrenches)
+
+    def term(self) -> Term:
+        entries = compile_term(_add_at), compile_term(_add_blocks_at)
+        arrays = self._lab, self._body, np.array([self.scene.chain.particles])
+        return Term(entries[0].address, entries[1].address, table_of(arrays), (*arrays, *entries))
 
     def derivative(self, positions: np.ndarray, frames: np.ndarray) -> np.ndarray:
         """∂(F, T)/∂φ: a body vector changes by φ × b."""

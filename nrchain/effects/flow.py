@@ -10,7 +10,18 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
+from numba import carray
 
+from nrchain._addresses import (
+    ROW,
+    Term,
+    compile_term,
+    floats_at,
+    integers_at,
+    matrix_in,
+    table_of,
+    vector_in,
+)
 from nrchain.effects.base import OneBodyEffect
 from nrchain.effects.registry import register_effect
 from nrchain.errors import SceneError
@@ -48,6 +59,32 @@ class FlowSpec(Section):
         if abs(np.trace(self.matrix)) > TRACE * np.abs(self.matrix).max():
             allowed = "must have no trace: the fluid is incompressible"
             raise SceneError("flow.gradient", self.gradient, allowed)
+
+
+def _add_at(context, positions, frames, out, width):
+    """The term of :meth:`Flow.add_twists`; its table: G, ½ curl, and N."""
+    t = carray(integers_at(context), (3, ROW))
+    gradient, spin = matrix_in(t, 0, floats_at), vector_in(t, 1, floats_at)
+    n = vector_in(t, 2, integers_at)[0]
+    r, twists = carray(floats_at(positions), (n, 3)), carray(floats_at(out), (n, 6))
+    for i in range(n):
+        for k in range(3):
+            twists[i, 3 + k] += spin[k]
+            for m in range(3):
+                twists[i, k] += gradient[k, m] * r[i, m]
+    return 0
+
+
+def _add_blocks_at(context, positions, frames, out, width):
+    """The derivative of the same: blocks[i, w] += G."""
+    t = carray(integers_at(context), (3, ROW))
+    gradient, n = matrix_in(t, 0, floats_at), vector_in(t, 2, integers_at)[0]
+    blocks = carray(floats_at(out), (n, 2 * width + 1, 6, 6))
+    for i in range(n):
+        for k in range(3):
+            for m in range(3):
+                blocks[i, width, k, m] += gradient[k, m]
+    return 0
 
 
 @register_effect
@@ -113,6 +150,11 @@ class Flow(OneBodyEffect):
     def add_twists(self, positions: np.ndarray, frames: np.ndarray, twists: np.ndarray) -> None:
         twists[:, :3] += positions @ self._gradient.T
         twists[:, 3:] += self._spin
+
+    def term(self) -> Term:
+        entries = compile_term(_add_at), compile_term(_add_blocks_at)
+        arrays = self._gradient, self._spin, np.array([self.scene.chain.particles])
+        return Term(entries[0].address, entries[1].address, table_of(arrays), (*arrays, *entries))
 
     def derivative(self, positions: np.ndarray, frames: np.ndarray) -> np.ndarray:
         own = np.zeros((len(positions), 6, 6))
