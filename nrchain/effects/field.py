@@ -57,7 +57,7 @@ def _add_field(frames: np.ndarray, lab: np.ndarray, body: np.ndarray, wrenches: 
                 )
 
 
-def _add_at(context, positions, frames, out, width):
+def _add_at(context: int, positions: int, frames: int, out: int, width: int) -> int:
     """The term of :func:`_add_field`; its table: f and t, f_a and t_a, and N."""
     t = carray(integers_at(context), (3, ROW))
     n = vector_in(t, 2, integers_at)[0]
@@ -66,7 +66,7 @@ def _add_at(context, positions, frames, out, width):
     return 0
 
 
-def _add_blocks_at(context, positions, frames, out, width):
+def _add_blocks_at(context: int, positions: int, frames: int, out: int, width: int) -> int:
     """The derivative of the same: blocks[i, w] −= b × for the body vectors b."""
     t = carray(integers_at(context), (3, ROW))
     n, body = vector_in(t, 2, integers_at)[0], matrix_in(t, 1, floats_at)

@@ -61,7 +61,7 @@ class FlowSpec(Section):
             raise SceneError("flow.gradient", self.gradient, allowed)
 
 
-def _add_at(context, positions, frames, out, width):
+def _add_at(context: int, positions: int, frames: int, out: int, width: int) -> int:
     """The term of :meth:`Flow.add_twists`; its table: G, ½ curl, and N."""
     t = carray(integers_at(context), (3, ROW))
     gradient, spin = matrix_in(t, 0, floats_at), vector_in(t, 1, floats_at)
@@ -75,7 +75,7 @@ def _add_at(context, positions, frames, out, width):
     return 0
 
 
-def _add_blocks_at(context, positions, frames, out, width):
+def _add_blocks_at(context: int, positions: int, frames: int, out: int, width: int) -> int:
     """The derivative of the same: blocks[i, w] += G."""
     t = carray(integers_at(context), (3, ROW))
     gradient, n = matrix_in(t, 0, floats_at), vector_in(t, 2, integers_at)[0]

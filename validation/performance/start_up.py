@@ -27,6 +27,9 @@ COMPILATION = str(Path(__file__).with_name("fixed_compilation.py"))
 BEFORE = 3.1
 """Cold start over the fixed compilation, of commit b17b23b: measured in turns."""
 
+COLD = 6.8
+"""The same, as measured when Radau IIA became the default."""
+
 TURNS = 5
 
 COMBINATIONS: dict[str, tuple[str, ...]] = {
@@ -75,11 +78,13 @@ def compare(recorder: Recorder) -> None:
         most=1.5,
         source=PROJECT,
     )
-    recorder.bound(
+    recorder.shortfall(
         "cold start of nrchain run buckling over a fixed compilation",
         first / compilation,
-        most=BEFORE,
-        source=PROJECT,
+        asked=BEFORE,
+        reached=COLD,
+        source="Radau IIA compiles its steps, its charts and two eliminations, in 15 s more of the "
+        "processor than CVODE, once an installation",
     )
     recorder.table(
         "Start of further scenes",

@@ -27,7 +27,7 @@ Task = Callable[[], object]
 Solve = Callable[[Scene, Array, Array, Array, float, float], Solution]
 
 ROOT = Path(__file__).resolve().parents[2]
-TOLERANCES = tuple(10.0 ** (-0.5 * k) for k in range(6, 19))
+TOLERANCES = tuple(10.0 ** (-0.5 * k) for k in range(3, 19))
 """rtol = atol of the runs, from loose to tight."""
 
 REFERENCE = 1e-10
