@@ -130,7 +130,8 @@ class RunSpec(Section):
     """From t = 0 to ``end``, with ``snapshots`` at equal intervals, both ends included.
 
     ``rtol`` and ``atol`` set the error of the run: equal, its largest error, in radii and radians,
-    is at most ten times as large on nine scenes of ten. For that they bound the error of one step:
+    is at most ten times as large on nine scenes of ten, with the integrator that ``"auto"`` takes.
+    For that they bound the error of one step:
     √mean((error/(``atol`` + ``rtol`` |y|))²) < c over the coordinates y of all spheres, with c = 1
     for ``radau``, 1/20 for ``cvode`` and 1/30 for ``scipy-bdf``. A coordinate is how far a sphere
     has moved (``atol`` in radii) or turned (in radians) from a base that drifts and spins with the

@@ -43,6 +43,12 @@ def study(recorder: Recorder) -> None:
     for name, chosen, other in ((NEAR, "radau", "cvode"), (FAR, "cvode", "radau")):
         if name in groups:
             recorder.bound(
+                f"{name}: part of the runs of {chosen} with an error of at most 10 rtol",
+                promise.below(promise.ratios(groups[name], chosen)),
+                least=promise.PART,
+                source="nine scenes of ten, with the integrator that 'auto' takes",
+            )
+            recorder.bound(
                 f"{name}: time of {chosen} over that of {other} at an error of 1e-4",
                 promise.speed(groups[name], chosen, other, 1e-4)[0],
                 most=1.0,
@@ -96,12 +102,6 @@ def _check(recorder: Recorder, found: Sequence[Mapped], without: dict[str, str])
             least=0.8,
             most=1.3,
             source="an error in proportion to the tolerance",
-        )
-        recorder.bound(
-            f"{integrator}: part of the runs with an error of at most 10 rtol",
-            promise.below(promise.ratios(found, integrator)),
-            least=promise.PART,
-            source="nine scenes of ten",
         )
 
 
