@@ -9,7 +9,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from queue import Empty, SimpleQueue
+from queue import Empty, Queue
 from typing import Any, Self
 
 import numpy as np
@@ -74,7 +74,8 @@ class Members:
     ) -> None:
         self._jobs = deque(enumerate(jobs))
         self._most, self._overwrite = threads, overwrite
-        self._lock, self._found = threading.Lock(), SimpleQueue[Member | Warned]()
+        # a SimpleQueue waits without end if a signal is handled as its timeout runs out
+        self._lock, self._found = threading.Lock(), Queue[Member | Warned]()
         self._open = self._working = 0
         self._threads: list[threading.Thread] = []
         self._taker = FromThread("the caller of simulate_many")

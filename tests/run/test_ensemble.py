@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -14,6 +15,8 @@ import pytest
 import nrchain
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.outcome import Cause
+from nrchain.run.interruption import GLANCE, Interruption
+from nrchain.run.members import Members
 
 SHORT = {"chain.particles": 6, "run.end": 2.0, "run.snapshots": 5}
 ENDLESS = {
@@ -252,6 +255,28 @@ def test_members_treat_floating_point_errors_as_the_caller_does(spring, monkeypa
         list(nrchain.simulate_many([scene(**{"spring.stiffness": 1.0})]))
     assert seen
     assert all(found == wanted for found in seen)
+
+
+def test_a_signal_that_is_handled_late_is_not_lost(monkeypatch):
+    """The main thread may get the lock of the interpreter only after its wait has run out."""
+    note = Interruption.note
+
+    def late(self, number, frame):
+        note(self, number, frame)
+        time.sleep(2.0 * GLANCE)
+
+    monkeypatch.setattr(Interruption, "note", late)
+    members = Members([], 1)
+    arrives = threading.Timer(0.5 * GLANCE, os.kill, (os.getpid(), signal.SIGINT))
+    rescue = threading.Timer(20.0, members._found.put, (None,))
+    for timer in (arrives, rescue):
+        timer.start()
+    try:
+        with pytest.raises(KeyboardInterrupt, match="SIGINT"):
+            members._wait()
+        assert rescue.is_alive()
+    finally:
+        rescue.cancel()
 
 
 PROGRAM = """
