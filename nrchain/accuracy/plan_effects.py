@@ -18,7 +18,7 @@ from nrchain.errors import SceneError
 from nrchain.motion.charts import ChartedChain
 from nrchain.motion.model import Model
 from nrchain.planning.checked_start import starting_poses
-from nrchain.planning.counted_work import evaluation_work
+from nrchain.planning.counted_work import evaluation_work, interpreted_work
 from nrchain.planning.effect_changes import Refused, refused_changes
 from nrchain.planning.estimate import (
     PROBE_TOLERANCE,
@@ -136,7 +136,7 @@ def evaluation_times(scenes: Sequence[Scene]) -> list[float]:
 
     The scenes take turns, so that other programs on the machine affect all of them alike.
     """
-    batches = [max(int(BATCH / evaluation_work(scene)), 1) for scene in scenes]
+    batches = [max(int(BATCH / interpreted_work(scene)), 1) for scene in scenes]
     return medians([_evaluation(scene) for scene in scenes], REPEATS, batches)
 
 

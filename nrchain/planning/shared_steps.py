@@ -23,7 +23,7 @@ from nrchain.motion.integrators.cvode import Cvode
 from nrchain.motion.model import Model
 from nrchain.outcome import Cause, Stop
 from nrchain.planning.combined_chains import CombinedChains
-from nrchain.planning.counted_work import evaluation_work
+from nrchain.planning.counted_work import interpreted_work
 from nrchain.scene.scene import Scene
 from nrchain.types import Poses
 from nrchain.watch.guard import Guard
@@ -63,7 +63,7 @@ class SharedStepRun:
         self.members = list(range(len(self.scenes)))
         self._chains = [ChartedChain(Model(scene)) for scene in self.scenes]
         self._guards = [Guard(PoseLimits.of(scene), poses[0]) for scene in self.scenes]
-        self._costs = [evaluation_work(scene) for scene in self.scenes]
+        self._costs = [interpreted_work(scene) for scene in self.scenes]
         self.steps = 0
 
     @property
