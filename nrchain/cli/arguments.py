@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -31,6 +31,15 @@ Changes = Annotated[
         help="Change a key of the scene, such as slip.2s=50. Can be repeated.",
     ),
 ]
+OverwritePicture = Annotated[
+    bool, typer.Option("--overwrite", help="Replace the file that -o names.")
+]
+
+
+def picture_option(default: str) -> Any:
+    """The option ``-o`` for a picture; ``default`` says where it goes without."""
+    help_text = "File to write: PNG, PDF or SVG."
+    return typer.Option("-o", "--output", help=help_text, show_default=default)
 
 
 def load(name: str, changes: Sequence[str] | None) -> tuple[Scene, Choice | None]:

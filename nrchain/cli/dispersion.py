@@ -5,9 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
-from nrchain.cli.arguments import RUNS, Changes, SceneName, load
+from nrchain.cli.arguments import (
+    RUNS,
+    Changes,
+    OverwritePicture,
+    SceneName,
+    load,
+    picture_option,
+)
 from nrchain.cli.exits import one_line_errors, show
 from nrchain.cli.summary import check_absent
 from nrchain.cli.tables import dispersion_table
@@ -20,18 +25,8 @@ PICTURE = "dispersion.png"
 def dispersion(
     scene: SceneName,
     changes: Changes = None,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            help="File to write: PNG, PDF or SVG.",
-            show_default=f"{RUNS}/SCENE-{PICTURE}",
-        ),
-    ] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the file that -o names.")
-    ] = False,
+    output: Annotated[Path | None, picture_option(f"{RUNS}/SCENE-{PICTURE}")] = None,
+    overwrite: OverwritePicture = False,
 ) -> None:
     """Draw growth and frequency of plane waves: the lattice, its rod, and the beam limit."""
     from nrchain.theory.dispersion import dispersion as compute

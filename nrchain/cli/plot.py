@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from nrchain.cli.arguments import Run, find_run
+from nrchain.cli.arguments import OverwritePicture, Run, find_run, picture_option
 from nrchain.cli.exits import one_line_errors, show
 from nrchain.cli.summary import (
     EFFECTS_PICTURE,
@@ -32,12 +32,7 @@ def plot(
     directory: Run,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            help="File to write: PNG, PDF or SVG.",
-            show_default=f"DIRECTORY/{PICTURE}, {PICTURE_IN_SPACE} or {EFFECTS_PICTURE}",
-        ),
+        picture_option(f"DIRECTORY/{PICTURE}, {PICTURE_IN_SPACE} or {EFFECTS_PICTURE}"),
     ] = None,
     of_effects: Annotated[
         bool, typer.Option("--effects", help="Draw the contribution of each effect to the motion.")
@@ -49,9 +44,7 @@ def plot(
     times: Annotated[
         int | None, typer.Option(min=1, help="Number of snapshots to draw.", show_default="6")
     ] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the file that -o names.")
-    ] = False,
+    overwrite: OverwritePicture = False,
 ) -> None:
     """Draw the chain of a run at several times, or its effects. The run may still go on."""
     from nrchain.trajectory.trajectory import Trajectory

@@ -207,8 +207,8 @@ def _reason(rate: float, part: np.ndarray, resolution: Resolution, step: float, 
     return (
         f"a part of the bend of {bend:.2g} a grows at rate {rate:.3g}, but steps of {step:.2g} do "
         f"not resolve it: it is {size:.2g} of the tolerance of a step (run.atol = {atol:g}, "
-        f"run.rtol = {rtol:g}); {finer}{', or ' if finer else ''}a larger bend at the start "
-        "resolves it"
+        f"run.rtol = {rtol:g}); {finer}{' or finer, or ' if finer else ''}a larger bend at the "
+        "start resolves it"
     )
 
 

@@ -64,7 +64,7 @@ def largest_offset(trajectory):
 def advised(trajectory):
     """The tolerances that the reason of a stop recommends."""
     assert trajectory.cause is Cause.GROWTH
-    remedy = r"rtol = [^;]*\); (.*), or a larger bend at the start resolves it"
+    remedy = r"rtol = [^;]*\); (.*) or finer, or a larger bend at the start resolves it"
     text = re.search(remedy, trajectory.reason)[1]
     return {key: float(value) for key, value in re.findall(r"(run\.[ar]tol) = (\S+)", text)}
 
@@ -101,7 +101,7 @@ def test_a_bend_hidden_by_motion_along_the_chain_is_resolved_by_the_rtol_named(i
 
 
 @pytest.mark.parametrize("dense", [True, False])
-@pytest.mark.parametrize(("integrator", "tolerance"), [("cvode", 2e-6), ("radau", 1e-7)])
+@pytest.mark.parametrize(("integrator", "tolerance"), [("cvode", 2e-6), ("radau", 1e-6)])
 def test_a_run_whose_steps_are_longer_than_a_growth_time_stops(
     monkeypatch, integrator, tolerance, dense
 ):
@@ -114,7 +114,14 @@ def test_a_run_whose_steps_are_longer_than_a_growth_time_stops(
         stopped = nrchain.simulate(passive(**changes))
     assert 0.0 < stopped.time[-1] < 0.1 * COLUMN["run.end"]
     assert "rate 143" in stopped.reason
-    found = nrchain.simulate(passive(**changes | advised(stopped)))
+    for _ in range(3):
+        # the finer run stops earlier, where the mode is smaller, or resolves it
+        finer = nrchain.simulate(passive(**changes | advised(stopped)))
+        if finer.status == "completed":
+            break
+        assert finer.time[-1] < stopped.time[-1]
+        stopped = finer
+    found = finer
     # a run at tolerances of 1e-12 gives 5.405
     assert largest_offset(found) == pytest.approx(5.405, rel=0.01)
 

@@ -118,3 +118,10 @@ def test_what_is_a_small_part_of_the_bend_by_then_does_not_matter():
 def test_the_tolerance_named_is_the_one_that_hides_it(size, rtol, moved, advised):
     part = alike(size * ATOL)[0]
     assert resolution(rtol=rtol, y=moved, most=moved).finer_tolerances(part) == advised
+
+
+def test_tolerances_are_named_as_those_of_the_run():
+    """20 times those of a step, where steps have a twentieth: 2e-11 and 3e-11, see above."""
+    part = alike(2.0 * ATOL)[0]
+    named = resolution(rtol=1e-3, y=1.0, most=1.0, share=0.05).finer_tolerances(part)
+    assert named == "run.atol = 4e-10 and run.rtol = 6e-10"

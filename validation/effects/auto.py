@@ -215,8 +215,8 @@ def _record_times(recorder: Recorder, found: list[Outcome]) -> None:
             float(np.median(whole)),
             asked=FACTOR,
             reached=WITH_CHOICE,
-            source="a probe evaluates the full model in Python, several times as long as a compiled "
-            "run of 10 ms takes; it counts once a run",
+            source="a probe evaluates the full model in Python, which takes several times as long "
+            "as a compiled run of 10 ms",
         )
 
 

@@ -18,17 +18,7 @@ from nrchain.theory.rod import (
 )
 from nrchain.theory.rod.constants import parts_of
 from nrchain.theory.rod.symmetry import ref, rot, transform
-
-PRINTED = {
-    (False, False): "F_pre C_par_F_eps C_par_M_tau C_perp_F_eps C_perp_M_tau H_odd_f_tau"
-    " H_odd_m_eps",
-    (False, True): "M_pre C_par_F_tau C_par_M_eps C_perp_F_tau C_perp_M_eps H_odd_f_eps"
-    " H_odd_m_tau",
-    (True, False): "f_pre H_par_f_eps H_par_m_tau C_odd_F_tau C_odd_M_eps H_perp_f_eps"
-    " H_perp_m_tau",
-    (True, True): "m_pre H_par_f_tau H_par_m_eps C_odd_F_eps C_odd_M_tau H_perp_f_tau H_perp_m_eps",
-}
-"""Table syms of the paper: (polar, chiral) and its constants."""
+from validation.solid.printed import CLASSES as PRINTED
 
 AXES = [
     {},
