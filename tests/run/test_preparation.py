@@ -10,6 +10,7 @@ from nrchain.notices import ignore
 from nrchain.outcome import Cause, Stop
 from nrchain.planning.auto import choose
 from nrchain.planning.choice import Choice
+from nrchain.planning.integrator import integrator_of
 from nrchain.run import preparation
 from nrchain.run.preparation import Start, check_start, make_integrator, make_watches
 from nrchain.scene.poses import initial_poses
@@ -79,3 +80,38 @@ def test_a_run_that_bends_more_than_its_probe_breaks_the_bound():
     with pytest.raises(Stop, match="effects left out move a sphere") as stop:
         watch.check(scene.run.end, (bent, frames))
     assert stop.value.cause is Cause.NEGLECTED
+
+
+@pytest.mark.parametrize(
+    ("changes", "name"),
+    [
+        ({}, "radau"),
+        ({"slip.neighbours": 8}, "radau"),
+        ({"slip.neighbours": "all"}, "cvode"),
+        ({"friction": "pairwise"}, "cvode"),
+        ({"flow.gradient": [[0, 0, 1e-3], [0, 0, 0], [0, 0, 0]]}, "cvode"),
+        (
+            {"flow.gradient": [[0, 0, 1e-3], [0, 0, 0], [0, 0, 0]], "flow.disturbance": False},
+            "radau",
+        ),
+        ({"field.force": [0, 0, -1.0]}, "radau"),
+        ({"run.integrator": "scipy-bdf"}, "scipy-bdf"),
+    ],
+)
+def test_the_integrator_follows_from_the_reach_of_interactions(changes, name):
+    keys = {"chain.ends": "free", "chain.particles": 24}
+    scene = nrchain.load_scene("buckling", **(keys | changes))
+    assert make_integrator(scene, ChartedChain(Model(scene))).name == name
+    assert integrator_of(scene) == name
+
+
+@pytest.mark.parametrize(("name", "part"), [("radau", 1.0), ("cvode", 0.05), ("scipy-bdf", 1 / 30)])
+def test_steps_have_a_share_of_the_tolerance_of_the_run(name, part):
+    keys = {"chain.radius": 0.5, "run.rtol": 1e-5, "run.atol": 1e-7, "run.integrator": name}
+    scene = nrchain.load_scene("buckling", **keys)
+    integrator = make_integrator(scene, ChartedChain(Model(scene)))
+    assert integrator.rtol == pytest.approx(part * 1e-5)
+    # in units of length for positions, in radians for rotations
+    assert integrator.atol[:6] == pytest.approx(part * 1e-7 * np.repeat([0.5, 1.0], 3))
+    finest = nrchain.load_scene(scene, **{"run.rtol": 1e-14, "run.atol": 1e-14})
+    assert make_integrator(finest, ChartedChain(Model(finest))).atol[5] == 1e-14

@@ -116,8 +116,8 @@ class Integrator(ABC):
         """Take at most ``most`` steps, up to the first that has to be looked at; how many.
 
         These are the step after ``unwatched`` others, any in which spheres may touch or links have
-        turned, and the one that passes the last time of ``samples``. The poses at these times are
-        sampled in all steps before it. By default, every step has to be looked at.
+        turned, and the one that passes the last time of ``samples``. Poses at these times are
+        sampled in that step and in those that need no look. By default, every step needs one.
         """
         self.step()
         return 1
