@@ -113,13 +113,17 @@ def blocks_in(table, k, pointer):
 class Term:
     """One cause of motion by address: what adds it, what adds its blocks, and their table.
 
-    ``keeps`` holds whatever the addresses refer to.
+    ``keeps`` holds whatever the addresses refer to. ``add_far`` is 0 where blocks are the whole
+    derivative. Otherwise ``add_far(context, poses, 0, out, -1)`` adds to ``out`` (N, 6) the product
+    of ``poses`` (N, 6) with what the last blocks left out. It returns 0 if they left out nothing;
+    with ``out`` = 0 it only tells.
     """
 
     add: int
     add_blocks: int
     context: np.ndarray
     keeps: tuple[Any, ...] = ()
+    add_far: int = 0
 
 
 def compile_term(function: Callable[..., int], **kernels: Any) -> Any:

@@ -75,6 +75,8 @@ class Effect:
     places
         Number of neighbours on either side for which :meth:`add_blocks` gives the whole derivative;
         None if only :meth:`add_product` does.
+    whole_term
+        Whether :meth:`term` gives the derivative beyond those neighbours, too.
     """
 
     name: ClassVar[str]
@@ -91,6 +93,7 @@ class Effect:
     torque_free: ClassVar[bool] = False
     fused: ClassVar[bool] = False
     places: int | None = None
+    whole_term: bool = False
 
     def __init_subclass__(cls) -> None:
         if not hasattr(cls, "absence") and hasattr(cls, "summary"):

@@ -18,9 +18,11 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
+from nrchain._addresses import Term
 from nrchain.effects.base import Cost, Effect
 from nrchain.effects.registry import register_effect
 from nrchain.errors import NOT_GIVEN, SceneError
+from nrchain.geometry.near_pairs import DIRECT_SEARCH
 from nrchain.inputs.rules import Section, choice, number, optional
 from nrchain.potential.repulsion import KINDS, SKIN, Repulsion, potential
 from nrchain.scene.scene import Scene
@@ -71,6 +73,7 @@ class Steric(Effect):
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         section = self.section(scene)
+        self.whole_term = scene.chain.particles <= DIRECT_SEARCH
         self._repulsion = Repulsion(section.kind, section.strength, self.range(scene), scene.period)
 
     @classmethod
@@ -133,6 +136,10 @@ class Steric(Effect):
 
     def add_product(self, poses: np.ndarray, out: np.ndarray) -> None:
         self._repulsion.add_product(poses, out)
+
+    def term(self) -> Term | None:
+        """Machine code that searches pair by pair; None for chains searched with a tree."""
+        return self._repulsion.term(self.scene.chain.particles) if self.whole_term else None
 
     def energy(self, positions: np.ndarray, frames: np.ndarray) -> float:
         return self._repulsion.add_wrenches(positions, np.zeros((len(positions), 6)))

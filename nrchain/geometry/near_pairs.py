@@ -15,7 +15,7 @@ DIRECT_SEARCH = 1024
 
 
 @kernel
-def _list_pairs(positions, cutoff, period, pairs):
+def list_pairs(positions, cutoff, period, pairs):
     """Fill ``pairs`` (M, 2) up to its size; return the number of pairs found."""
     count, found = positions.shape[0], 0
     for i in range(count):
@@ -36,10 +36,10 @@ def near_pairs(positions: np.ndarray, cutoff: float, period: float = 0.0) -> np.
     count = len(positions)
     if count <= DIRECT_SEARCH:
         pairs = np.empty((4 * count, 2), np.int64)
-        found = _list_pairs(positions, cutoff, period, pairs)
+        found = list_pairs(positions, cutoff, period, pairs)
         if found > len(pairs):
             pairs = np.empty((found, 2), np.int64)
-            _list_pairs(positions, cutoff, period, pairs)
+            list_pairs(positions, cutoff, period, pairs)
         return pairs[:found]
     from scipy.spatial import cKDTree
 

@@ -41,6 +41,9 @@ class Model:
         Number of neighbours w on either side for which :meth:`linearise` gives blocks.
     is_banded
         Whether those blocks are the whole derivative. If not, use :meth:`add_product`.
+    is_near
+        Whether those blocks, and what terms in machine code add to them, are the whole derivative:
+        interactions of near neighbours, and of spheres that touch.
     needs_places
         Whether an effect depends on absolute positions in the lab.
     ties_frames
@@ -81,7 +84,9 @@ class Model:
         self.ties_frames = not all(effect.carries or effect.torque_free for effect in wrenches)
         self.needs_places = any(effect.placed for effect in further)
         slip_is_near = not self.slip or self.slip.reach <= self.reach
-        self.is_banded = slip_is_near and self.friction is None and None not in places
+        self.is_near = slip_is_near and self.friction is None
+        self.is_near &= all(effect.places is not None or effect.whole_term for effect in further)
+        self.is_banded = self.is_near and None not in places
         if not self.is_banded:
             self._elastic_blocks = np.zeros((self.count, 2 * REACH + 1, 6, 6))
 

@@ -45,6 +45,8 @@ class Terms(NamedTuple):
     flags
         (3,): whether a sphere is clamped, whether terms depend on places in the lab, and whether
         frames are coupled.
+    far
+        (K, 2): what adds to a change of (F, T) beyond blocks, and its table.
     """
 
     wrenches: np.ndarray
@@ -56,11 +58,12 @@ class Terms(NamedTuple):
     drag: np.ndarray
     held: np.ndarray
     flags: np.ndarray
+    far: np.ndarray
 
 
 # Places of these tables among the arrays of a chain, after those of its chart.
 WRENCHES, TWISTS, WRENCH_BLOCKS, TWIST_BLOCKS, CARRYING_WRENCHES, CARRYING_TWISTS = range(13, 19)
-DRAG, HELD, FLAGS = range(19, 22)
+DRAG, HELD, FLAGS, FAR = range(19, 23)
 
 
 @part
@@ -122,6 +125,26 @@ def set_blocks(t, positions, frames, blocks):
     return _call_all(t, TWIST_BLOCKS, positions, frames, blocks.ctypes.data, width)
 
 
+@part
+def add_far(t, poses, out):
+    """out (N, 6) = the change of the twists with ``poses`` (N, 6) that blocks leave out.
+
+    Returns whether there is any.
+    """
+    found = 0
+    out[:] = 0.0
+    far = matrix_in(t, FAR, integers_at)
+    for k in range(far.shape[0]):
+        found |= call(far[k, 0], far[k, 1], poses.ctypes.data, 0, out.ctypes.data, -1)
+    drag = vector_in(t, DRAG, floats_at)
+    divide(out, drag[0], drag[1])
+    held = vector_in(t, HELD, integers_at)
+    for i in range(out.shape[0]):
+        if held[i]:
+            out[i] = 0.0
+    return found != 0
+
+
 class ModelTerms:
     """The :class:`Terms` of a model, with all that their addresses refer to."""
 
@@ -130,7 +153,7 @@ class ModelTerms:
         self._count = model.count
         wrenches, twists, carrying = self._whole(model) if model.friction else self._each(model)
         blocks: Carrying = wrenches, twists
-        if not model.is_banded:
+        if not model.is_near:
             # products with the derivative need all of it to be taken at one place
             blocks = [], [self._in_python(model.twists, model.linearise)]
         self._kept = *wrenches, *twists, *blocks[1], *carrying[1]
@@ -144,6 +167,7 @@ class ModelTerms:
             drag=np.array(model.drag),
             held=model.held.astype(np.int64),
             flags=np.array([model.held.any(), model.needs_places, model.ties_frames], np.int64),
+            far=_table((term.add_far, term) for term in blocks[0] if term.add_far),
         )
 
     def raise_error(self) -> None:

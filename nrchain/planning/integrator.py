@@ -14,4 +14,4 @@ def integrator_of(scene: Scene) -> str:
     >>> integrator_of(nrchain.load_scene("buckling"))
     'radau'
     """
-    return resolve_name(scene.run.integrator, Model(scene).is_banded)
+    return resolve_name(scene.run.integrator, Model(scene).is_near)

@@ -14,9 +14,21 @@ Source: Weeks, Chandler, Andersen, J. Chem. Phys. 54, 5237 (1971).
 from __future__ import annotations
 
 import numpy as np
+from numba import carray
 
+from nrchain._addresses import (
+    ROW,
+    Term,
+    compile_term,
+    cube_in,
+    floats_at,
+    integers_at,
+    matrix_in,
+    table_of,
+    vector_in,
+)
 from nrchain._compile import kernel, part
-from nrchain.geometry.near_pairs import near_pairs
+from nrchain.geometry.near_pairs import list_pairs, near_pairs
 
 KINDS = {"wca": 0, "harmonic": 1}
 
@@ -114,6 +126,92 @@ def _add_product(pairs, stiffness, poses, wrenches):
             wrenches[j, k] += change
 
 
+@kernel
+def _has_moved(listed, positions, limit):
+    """Whether a sphere has moved farther than ``limit``, beside the motion of all."""
+    count, mean = positions.shape[0], np.zeros(3)
+    for i in range(count):
+        for k in range(3):
+            mean[k] += (positions[i, k] - listed[i, k]) / count
+    furthest = 0.0
+    for i in range(count):
+        square = 0.0
+        for k in range(3):
+            square += (positions[i, k] - listed[i, k] - mean[k]) ** 2
+        if not square <= furthest:
+            furthest = square
+    return not furthest <= limit**2
+
+
+# Places of arrays in the table of a term: the pairs listed, and where; the pairs beyond the last
+# blocks, and the stiffness of pairs; how many of both, N and the kind; ε, c and the period.
+PAIRS, LISTED, FAR, STIFFNESS, COUNTS, LAW = range(6)
+
+
+@part
+def _pairs_at(t, positions):
+    """The pairs near these positions, from the list of a term; listed anew where that is old."""
+    counts, law = vector_in(t, COUNTS, integers_at), vector_in(t, LAW, floats_at)
+    pairs, listed, reach = matrix_in(t, PAIRS, integers_at), matrix_in(t, LISTED, floats_at), law[1]
+    if counts[0] < 0 or _has_moved(listed, positions, 0.5 * SKIN * reach):
+        counts[0] = list_pairs(positions, reach + SKIN * reach, law[2], pairs)
+        for i in range(listed.shape[0]):
+            for k in range(3):
+                listed[i, k] = positions[i, k]
+    return pairs[: counts[0]]
+
+
+def _add_at(context: int, positions: int, frames: int, out: int, width: int) -> int:
+    """The term of :meth:`Repulsion.add_wrenches`."""
+    t = carray(integers_at(context), (6, ROW))
+    counts, law = vector_in(t, COUNTS, integers_at), vector_in(t, LAW, floats_at)
+    n, kind = counts[2], counts[3]
+    r, wrenches = carray(floats_at(positions), (n, 3)), carray(floats_at(out), (n, 6))
+    _add_forces(r, _pairs_at(t, r), kind, law[0], law[1], law[2], wrenches)
+    return 0
+
+
+def _add_blocks_at(context: int, positions: int, frames: int, out: int, width: int) -> int:
+    """The term of :meth:`Repulsion.add_blocks`; notes the pairs that do not fit in."""
+    t = carray(integers_at(context), (6, ROW))
+    counts, law = vector_in(t, COUNTS, integers_at), vector_in(t, LAW, floats_at)
+    n, kind, far = counts[2], counts[3], matrix_in(t, FAR, integers_at)
+    r = carray(floats_at(positions), (n, 3))
+    pairs, stiffness = _pairs_at(t, r), cube_in(t, STIFFNESS, floats_at)
+    _fill_stiffness(r, pairs, kind, law[0], law[1], law[2], stiffness)
+    blocks = carray(floats_at(out), (n, 2 * width + 1, 6, 6))
+    _add_blocks(pairs, stiffness, law[2] > 0.0, blocks)
+    found = 0
+    for p in range(pairs.shape[0]):
+        i, j = pairs[p]
+        places = min(j - i, n - j + i) if law[2] > 0.0 else j - i
+        if places > width and stiffness[p].any():
+            far[found, 0], far[found, 1] = i, j
+            for k in range(3):
+                for m in range(3):
+                    stiffness[found, k, m] = stiffness[p, k, m]
+            found += 1
+    counts[1] = found
+    return 0
+
+
+def _add_far_at(context: int, poses: int, frames: int, out: int, width: int) -> int:
+    """wrenches[i] += ∂F_i/∂r_j · u_j for the pairs that the last blocks do not hold."""
+    t = carray(integers_at(context), (6, ROW))
+    counts, far = vector_in(t, COUNTS, integers_at), matrix_in(t, FAR, integers_at)
+    n, found, stiffness = counts[2], counts[1], cube_in(t, STIFFNESS, floats_at)
+    if out == 0 or found == 0:
+        return 1 if found else 0
+    moves, wrenches = carray(floats_at(poses), (n, 6)), carray(floats_at(out), (n, 6))
+    for p in range(found):
+        i, j = far[p]
+        for k in range(3):
+            for m in range(3):
+                wrenches[i, k] += stiffness[p, k, m] * moves[j, m]
+                wrenches[j, k] += stiffness[p, k, m] * moves[i, m]
+    return 1
+
+
 class Repulsion:
     """F_i = −Σ_j φ′(r_ij) n_ij: the forces between near spheres, and their derivative.
 
@@ -140,17 +238,13 @@ class Repulsion:
 
     def pairs(self, positions: np.ndarray) -> np.ndarray:
         """Pairs (M, 2), i < j: all within the range, and some beyond."""
-        if len(self._listed) != len(positions) or self._have_moved(positions):
+        if len(self._listed) != len(positions) or _has_moved(
+            self._listed, positions, 0.5 * SKIN * self._reach
+        ):
             skin = SKIN * self._reach
             self._pairs = near_pairs(positions, self._reach + skin, self._period)
             self._listed = positions.copy()
         return self._pairs
-
-    def _have_moved(self, positions: np.ndarray) -> bool:
-        moves = positions - self._listed
-        moves -= moves.mean(axis=0)
-        furthest = np.einsum("ik,ik->i", moves, moves).max()
-        return not furthest <= (0.5 * SKIN * self._reach) ** 2
 
     def add_wrenches(self, positions: np.ndarray, wrenches: np.ndarray) -> float:
         """wrenches (N, 6) += (F, 0) at these positions (N, 3); returns the energy V."""
@@ -172,3 +266,22 @@ class Repulsion:
     def add_product(self, poses: np.ndarray, wrenches: np.ndarray) -> None:
         """wrenches (N, 6) += the change of the forces with ``poses`` (N, 6)."""
         _add_product(self._stiff_pairs, self._stiffness, poses, wrenches)
+
+    def term(self, count: int) -> Term:
+        """The forces on ``count`` spheres as a term by address, with a list of pairs of its own.
+
+        There is room for all pairs, of which a system gives memory to those that are written.
+        """
+        entries = tuple(compile_term(f) for f in (_add_at, _add_blocks_at, _add_far_at))
+        kind, *law = self._law
+        most = count * (count - 1) // 2
+        arrays = (
+            np.empty((most, 2), np.int64),
+            np.empty((count, 3)),
+            np.empty((most, 2), np.int64),
+            np.empty((most, 3, 3)),
+            np.array([-1, 0, count, kind]),
+            np.array(law),
+        )
+        add, add_blocks, add_far = (entry.address for entry in entries)
+        return Term(add, add_blocks, table_of(arrays), (*arrays, *entries), add_far)

@@ -128,7 +128,7 @@ def make_integrator(scene: Scene, chain: ChartedChain) -> Integrator:
     turned from a base that drifts and spins as the chain does, in the units of ``atol``.
     """
     run = scene.run
-    scheme = find_integrator(resolve_name(run.integrator, chain.is_banded))
+    scheme = find_integrator(resolve_name(run.integrator, chain.model.is_near))
     atol, rtol = (step_tolerance(scheme, tolerance) for tolerance in (run.atol, run.rtol))
     pose = np.repeat([atol * scene.chain.radius, atol], 3)
     return scheme(chain, run.end, rtol, np.tile(pose, chain.dimension // 6))

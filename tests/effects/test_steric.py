@@ -150,6 +150,7 @@ def test_it_enters_the_model_with_its_derivative(ends, friction):
     positions, frames = random_chain(7, spacing=2.4, noise=0.2)
     model = Model(scene)
     assert not model.is_banded
+    assert model.is_near == (friction == "one-body")
     blocks = np.empty((7, 2 * model.reach + 1, 6, 6))
     model.linearise(positions, frames, blocks)
     numeric = pose_derivative(lambda r, e: model.twists(r, e), positions, frames)

@@ -52,6 +52,28 @@ def periodic():
     )
 
 
+def folded(end: float = 10.0, ends: str = "free"):
+    """A hairpin of twelve spheres, with legs that repel each other along their length."""
+    turns = np.radians([0, 0, 0, 0, 0, 60, 120, 180, 180, 180, 180, 180])
+    axes = np.array([np.cos(turns), np.sin(turns), 0.0 * turns]).T
+    positions = np.zeros((12, 3))
+    positions[:5, 0], positions[7:, 0] = 3.0 * np.arange(5), 3.0 * np.arange(4, -1, -1) + 0.3
+    positions[5], positions[6] = [14.9, 0.1, 0.2], [14.9, 2.3, -0.1]
+    positions[7:, 1], positions[:5, 2] = 2.4, 0.1 * np.arange(5)
+    across = np.cross([0.0, 0.0, 1.0], axes)
+    frames = np.stack([axes, across, np.cross(axes, across)], axis=1)
+    return nrchain.load_scene(
+        {
+            "chain": {"particles": 12, "spacing": 3.0, "ends": ends},
+            "elasticity": {"ratio": 1e3},
+            "slip": {"2s": 30.0},
+            "steric": {"kind": "harmonic", "strength": 500.0, "range": 2.8},
+            "start": {"shape": "given", "positions": positions.tolist(), "frames": frames.tolist()},
+            "run": {"end": end},
+        }
+    )
+
+
 class Probe(OneBodyEffect):
     """A twist in Python that counts how often it is asked for; ``twist(positions)`` is added.
 

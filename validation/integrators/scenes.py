@@ -84,4 +84,4 @@ def classes(scene: Scene) -> tuple[str, ...]:
 
 def is_near(scene: Scene) -> bool:
     """Whether every sum over pairs has a finite reach, so that the Jacobian is banded."""
-    return Model(scene).is_banded
+    return Model(scene).is_near

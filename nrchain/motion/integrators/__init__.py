@@ -29,7 +29,7 @@ def find_integrator(name: str) -> type[Integrator]:
     return getattr(import_module(module), attribute)
 
 
-def resolve_name(name: str, is_banded: bool) -> str:
+def resolve_name(name: str, is_near: bool) -> str:
     """The integrator that ``run.integrator`` stands for: ``"auto"`` is the fastest at equal error.
 
     Radau IIA needs fewer steps, and solves more systems in each. Banded systems cost little; those
@@ -37,7 +37,7 @@ def resolve_name(name: str, is_banded: bool) -> str:
     """
     if name != "auto":
         return name
-    return "radau" if is_banded else "cvode"
+    return "radau" if is_near else "cvode"
 
 
 def check_integrator(name: str) -> None:

@@ -84,7 +84,7 @@ from nrchain.types import Poses
 
 # Places of arrays in the table, after those of chart and terms: what steps share, the two
 # eliminations, and the search for contacts.
-SHARED, SOLVERS, CLEARANCE = 22, 31, 34
+SHARED, SOLVERS, CLEARANCE = 23, 32, 35
 REAL_SCALE, PAIR_SCALE = SOLVERS + 1, SOLVERS + 2
 (
     NUMBERS_AT,
@@ -97,7 +97,7 @@ REAL_SCALE, PAIR_SCALE = SOLVERS + 1, SOLVERS + 2
     BLOCKS,
     AWAY,
 ) = range(SHARED, SOLVERS)
-ARRAYS = 37
+ARRAYS = 38
 
 
 @inlined

@@ -23,6 +23,7 @@ from nrchain.motion.clearance import Clearance
 from nrchain.motion.integrators import radau_steps as steps
 from nrchain.motion.integrators.base import IntegrationError, Integrator, NotFinite, Samples
 from nrchain.motion.integrators.chain_equation import ChainEquation
+from nrchain.motion.integrators.far_pairs import solve_with_far_pairs
 from nrchain.motion.integrators.stage_solver import KrylovSolver
 from nrchain.types import Poses
 
@@ -60,7 +61,9 @@ class Radau(Integrator):
     ) -> None:
         super().__init__(chain, end, rtol, atol)
         self._equation = ChainEquation(chain, end, rtol, atol, fixed_step or 0.0)
-        self._solver = None if chain.model.is_banded else KrylovSolver(chain, self._equation)
+        self._solver = None if chain.model.is_near else KrylovSolver(chain, self._equation)
+        if chain.model.is_near and not chain.model.is_banded:
+            solve_with_far_pairs(self._equation)
         self._places = (6 * chain.order[:, None] + np.arange(6)).ravel()
         equation = self._equation
         self._state = equation.functions, equation.numbers, equation.counts, equation.vectors

@@ -8,6 +8,7 @@ import pytest
 from support.stepping import (
     Probe,
     distances,
+    folded,
     integrate,
     periodic,
     poses_at,
@@ -36,6 +37,7 @@ SCENES = {
     "periodic": periodic,
     "all pairs": lambda: small("spiral-left", 10, 2.0, **{"slip.neighbours": "all"}),
     "tumbling": lambda: tumbling(end=2.0),
+    "folded": lambda: folded(end=1.0),
 }
 
 
