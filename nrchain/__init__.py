@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from nrchain.scene.scene import Scene
     from nrchain.scene.toml import scene_names
     from nrchain.states.critical import CriticalStrength, critical_strength
+    from nrchain.states.mode_waves import ModeWaves, mode_waves
     from nrchain.states.modes import Mode
     from nrchain.states.spectrum import Spectrum, spectrum
     from nrchain.theory import lattice, rod
@@ -115,6 +116,8 @@ _MODULE_OF = {
     "CriticalStrength": "nrchain.states.critical",
     "critical_strength": "nrchain.states.critical",
     "Mode": "nrchain.states.modes",
+    "ModeWaves": "nrchain.states.mode_waves",
+    "mode_waves": "nrchain.states.mode_waves",
     "Spectrum": "nrchain.states.spectrum",
     "spectrum": "nrchain.states.spectrum",
     "Slip": "nrchain.hydrodynamics.slip",
@@ -137,6 +140,7 @@ __all__ = [
     "Material",
     "Member",
     "Mode",
+    "ModeWaves",
     "NrchainError",
     "OneBodyEffect",
     "Rod",
@@ -169,6 +173,7 @@ __all__ = [
     "lattice_rates",
     "load_scene",
     "measure",
+    "mode_waves",
     "moduli",
     "plan",
     "plots",

@@ -28,7 +28,9 @@ def dispersion(
     output: Annotated[Path | None, picture_option(f"{RUNS}/SCENE-{PICTURE}")] = None,
     overwrite: OverwritePicture = False,
 ) -> None:
-    """Draw growth and frequency of plane waves: the lattice, its rod, and the beam limit."""
+    """Draw growth and frequency: the lattice, its rod, its beam limit, and the chain's modes."""
+    from nrchain.errors import SceneError
+    from nrchain.states.mode_waves import mode_waves
     from nrchain.theory.dispersion import dispersion as compute
     from nrchain.trajectory.file import file_errors
     from nrchain.view.dispersion_plots import draw_dispersion
@@ -44,10 +46,16 @@ def dispersion(
     if output is None:
         with file_errors(path, "cannot be drawn"):
             RUNS.mkdir(exist_ok=True)
-    draw_dispersion(found, path)
+    try:
+        modes, missing = mode_waves(found), ""
+    except SceneError as error:
+        modes, missing = None, str(error)
+    draw_dispersion(found, path, modes)
     show(dispersion_table(found), whole=True)
     if found.frame == "spinning":
         show("rates along axes that spin with the chain", soft_wrap=True)
     if found.why:
         note(f"{found.why}; the lattice is drawn alone")
+    if modes is None:
+        note(f"the modes of the chain are not drawn: {missing}")
     show(str(path), soft_wrap=True)

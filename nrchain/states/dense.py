@@ -54,6 +54,22 @@ def all_rates(point: Point) -> np.ndarray:
     return in_order(rates)
 
 
+def all_modes(point: Point) -> tuple[np.ndarray, np.ndarray]:
+    """All rates of the shape (m,), in any order, and their right modes (n, m)."""
+    from scipy.linalg import eig
+
+    matrix = shape_matrix(point)
+    count, motions = len(matrix), point.neutral.shape[1]
+    rates, modes, found = np.empty(count, complex), np.zeros((count, count), complex), 0
+    for part in parts(matrix):
+        columns = slice(found, found + len(part))
+        rates[columns], modes[part, columns] = eig(matrix[np.ix_(part, part)], check_finite=False)
+        found += len(part)
+    # the motions as a whole are farthest from 0
+    shape = np.argsort(-np.abs(rates), kind="stable")[motions:]
+    return rates[shape], modes[:, shape]
+
+
 def in_order(rates: np.ndarray) -> np.ndarray:
     """From the largest real part on, and of a pair the positive frequency first."""
     return rates[np.lexsort((-rates.imag, -rates.real))]

@@ -1,8 +1,8 @@
-"""Draw growth and frequency of plane waves: the lattice, its rod, and the beam limit.
+"""Draw growth and frequency of waves: the lattice, its rod, the beam limit, and modes of a chain.
 
 Each kind of branch has a column: bending, stretch and twist, shear. Growth is Re Λ and frequency
-ω = −Im Λ. The scale is linear around zero and logarithmic beyond, since rates span orders of
-magnitude.
+ω = −Im Λ. Modes of the finite chain are points at the wavenumber of their main wave. The scale is
+linear around zero and logarithmic beyond, since rates span orders of magnitude.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from nrchain.states.mode_waves import ModeWaves
 from nrchain.theory.dispersion import Dispersion
 from nrchain.theory.lattice import Branch
 from nrchain.view.drawing import (
@@ -43,6 +44,17 @@ LOOKS: dict[str, dict[str, Any]] = {
 
 NAMES = {"lattice": "lattice", "rod": "rod", "beam": "beam limit"}
 
+MODES = "modes of the chain"
+
+POINTS: dict[str, Any] = {
+    "marker": "o",
+    "markersize": 4.5,
+    "markerfacecolor": "none",
+    "markeredgewidth": 0.9,
+    "linestyle": "",
+    "zorder": 4,
+}
+
 COLOURS = ("#1f77b4", "#d62728")
 """Of the two branches of a panel."""
 
@@ -62,8 +74,10 @@ ROUNDING = 1e-12
 """Fraction of the largest rate of a panel below which a rate is drawn as 0."""
 
 
-def draw_dispersion(found: Dispersion, path: str | Path) -> Path:
+def draw_dispersion(found: Dispersion, path: str | Path, modes: ModeWaves | None = None) -> Path:
     """Draw all branches of a scene, and return the path, whose ending chooses PNG, PDF or SVG.
+
+    ``modes`` are drawn as points: see :func:`nrchain.mode_waves`.
 
     An existing file is replaced. Raises :class:`~nrchain.errors.SceneError` for another ending, and
     :class:`~nrchain.errors.TrajectoryError` for a file that cannot be written.
@@ -77,6 +91,8 @@ def draw_dispersion(found: Dispersion, path: str | Path) -> Path:
             axes = panels[row, column]
             style(axes)
             lines = _draw_panel(axes, found, branches, part) | lines
+            if modes is not None:
+                lines |= _draw_modes(axes, found, modes, branches, part)
         write_title(panels[0, column], title)
         panels[1, column].set(xlabel="$qd$")
     panels[0, 0].set(ylabel=r"growth  Re $\Lambda$")
@@ -85,13 +101,13 @@ def draw_dispersion(found: Dispersion, path: str | Path) -> Path:
         lines.values(),
         lines.keys(),
         loc="outside lower center",
-        ncols=3,
+        ncols=4,
         frameon=False,
         fontsize=TEXT,
         labelcolor=INK,
     )
     for line in figure.legends[0].get_lines():
-        line.set_color(INK)
+        line.set(color=INK, markeredgecolor=INK)
     figure.set(facecolor=PAPER, edgecolor=PAPER)
     figure.suptitle(letters(found.scene.title), fontsize=TITLE, fontweight="bold", color=INK)
     save(figure, path)
@@ -132,6 +148,21 @@ def _draw_panel(
         axes.text(*place, branch.spoken, transform=axes.transAxes, color=COLOURS[n], size=TEXT)
     lattice = found.lattice[:, branches]
     _scale(axes, phases, _above_rounding(part(lattice), lattice))
+    return lines
+
+
+def _draw_modes(
+    axes: Any, found: Dispersion, modes: ModeWaves, branches: tuple[Branch, ...], part: Any
+) -> dict[str, Any]:
+    """Draw one part of the rates of modes on some branches; return one line of points."""
+    least = found.wavenumbers.min()
+    lines: dict[str, Any] = {}
+    for n, branch in enumerate(branches):
+        own = modes.branches == branch
+        phases = np.clip(modes.wavenumbers[own].real, least, None) * found.scene.chain.spacing
+        values = _above_rounding(part(modes.rates[own]), found.lattice[:, branches])
+        (line,) = axes.plot(phases, values, **POINTS | {"color": COLOURS[n]}, label=MODES)
+        lines.setdefault(MODES, line)
     return lines
 
 

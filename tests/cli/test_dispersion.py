@@ -88,3 +88,14 @@ def test_branches_of_the_lattice_are_continuous():
     found = nrchain.dispersion(nrchain.load_scene("wave"))
     steps = np.abs(np.diff(found.lattice, axis=0)).max(axis=0)
     assert np.all(steps < 0.1 * np.abs(found.lattice).max(axis=0))
+
+
+def test_modes_of_the_chain_are_drawn_as_points(tmp_path):
+    """A clamped chain of 20 has 18 free spheres, and a short one is said to have no points."""
+    points = []
+    for name, change in (("long", "chain.particles=20"), ("short", "chain.particles=10")):
+        result = call("dispersion", "buckling", "-o", f"{name}.svg", "--set", change)
+        assert result.exit_code == 0, result.stderr
+        points.append((tmp_path / f"{name}.svg").read_text().count("<use "))
+    assert "the modes of the chain are not drawn: chain.particles = 10" in result.stderr
+    assert points[0] - points[1] >= 2 * 6 * 18
