@@ -13,6 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from nrchain._addresses import Term
 from nrchain.effects.base import Cost, Effect
 from nrchain.effects.flow import Flow
 from nrchain.effects.registry import register_effect
@@ -77,6 +78,9 @@ class DisturbanceEffect(Effect):
 
     def add_twists(self, positions: np.ndarray, frames: np.ndarray, twists: np.ndarray) -> None:
         self.disturbance.add_twists(positions, twists)
+
+    def term(self) -> Term | None:
+        return self.disturbance.term()
 
     def linearise(self, positions: np.ndarray, frames: np.ndarray) -> None:
         self.disturbance.linearise(positions)

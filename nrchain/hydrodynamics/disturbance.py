@@ -10,9 +10,19 @@ from functools import cache, partial
 from typing import Any, Literal
 
 import numpy as np
-from numba import prange
+from numba import carray, prange
 
-from nrchain._compile import kernel
+from nrchain._addresses import (
+    ROW,
+    Term,
+    compile_term,
+    floats_at,
+    integers_at,
+    matrix_in,
+    table_of,
+    vector_in,
+)
+from nrchain._compile import kernel, part
 from nrchain.hydrodynamics import sharing
 from nrchain.hydrodynamics.disturbance_law import (
     add_finite_size,
@@ -93,6 +103,49 @@ def _add_blocks(points, weights, strain, size, leading, first, reach, blocks):
                     blocks[i, centre + j - me, row, k] -= column[row]
 
 
+# Places of arrays in the table of a term: the points of a layout, its spheres, shifts and weights;
+# E; the prefactor; N, the first slot, the reach, and whether it is the leading order.
+POINTS, SPHERES, SHIFTS, WEIGHTS, STRAIN, SIZE, PLACE = range(7)
+
+
+@part
+def _points_at(t, positions):
+    """The points of a layout for positions (N, 3) at this address."""
+    points, spheres = matrix_in(t, POINTS, floats_at), vector_in(t, SPHERES, integers_at)
+    r = carray(floats_at(positions), (vector_in(t, PLACE, integers_at)[0], 3))
+    shifts = vector_in(t, SHIFTS, floats_at)
+    for slot in range(spheres.shape[0]):
+        for k in range(3):
+            points[slot, k] = r[spheres[slot], k]
+        points[slot, 0] += shifts[slot]
+    return points
+
+
+add: Any = None
+"""The kernel of a term: :func:`compile_term` puts that of a part in its place."""
+
+
+def _add_twists_at(context, positions, frames, out, width):
+    """The term of :meth:`Disturbance.add_twists`."""
+    t = carray(integers_at(context), (7, ROW))
+    place, weights = vector_in(t, PLACE, integers_at), vector_in(t, WEIGHTS, floats_at)
+    strain, size = matrix_in(t, STRAIN, floats_at), vector_in(t, SIZE, floats_at)[0]
+    twists = carray(floats_at(out), (place[0], 6))
+    add(_points_at(t, positions), weights, strain, size, place[1], place[2], twists)
+    return 0
+
+
+def _add_blocks_at(context, positions, frames, out, width):
+    """The term of :meth:`Disturbance.add_blocks`."""
+    t = carray(integers_at(context), (7, ROW))
+    place, weights = vector_in(t, PLACE, integers_at), vector_in(t, WEIGHTS, floats_at)
+    strain, size = matrix_in(t, STRAIN, floats_at), vector_in(t, SIZE, floats_at)[0]
+    blocks = carray(floats_at(out), (place[0], 2 * width + 1, 6, 6))
+    points = _points_at(t, positions)
+    _add_blocks(points, weights, strain, size, place[3] != 0, place[1], place[2], blocks)
+    return 0
+
+
 class Disturbance:
     """(v, ω)_i = Σ_j (u, w)(r_i − r_j): how rigid spheres disturb a flow, and the derivative.
 
@@ -128,7 +181,7 @@ class Disturbance:
         factor, power = _SIZES[part]
         self._leading = part == "stresslet"
         self._strain = 0.5 * (gradient + gradient.T)
-        self._size = factor * float(radius) ** power
+        self._count, self._size = count, factor * float(radius) ** power
         self._layout = Layout.of(count, reach, period)
         self.reach = self._layout.reach
         self._parallel = 2 * self.reach * count > PARALLEL_PAIRS
@@ -171,6 +224,24 @@ class Disturbance:
         for row, sphere in zip(rows, spheres, strict=True):
             add(points, weights, strain, size, first + sphere, reach, row[None])
         return rows
+
+    def term(self) -> Term | None:
+        """The disturbance by near neighbours as a term by address; None for a longer reach."""
+        if self.near is None or self._parallel:
+            return None
+        layout, sums = self._layout, _twist_kernel(self._leading, False)
+        entries = compile_term(_add_twists_at, add=sums), compile_term(_add_blocks_at)
+        arrays = (
+            np.zeros((len(layout.spheres), 3)),
+            np.ascontiguousarray(layout.spheres, np.int64),
+            np.ascontiguousarray(layout.shifts, float),
+            np.ascontiguousarray(layout.weights, float),
+            np.ascontiguousarray(self._strain),
+            np.array([self._size]),
+            np.array([self._count, layout.first, self.reach, self._leading]),
+        )
+        context = table_of(arrays)
+        return Term(entries[0].address, entries[1].address, context, (*arrays, *entries))
 
     def linearise(self, positions: np.ndarray) -> None:
         """Take the derivative at positions (N, 3)."""

@@ -57,8 +57,8 @@ def evaluation_work(scene: Scene, fluid: HydrodynamicSet | None = None) -> float
     """
     fluid = fluid or HydrodynamicSet.of_scene(scene)
     count = scene.chain.particles
-    farthest = min(fluid.slip, count - 1.0)
-    through_pairs = fluid.friction > 0.0 or fluid.strain > 0.0 or farthest > NEAR
+    farthest = min(max(fluid.slip, fluid.strain), count - 1.0)
+    through_pairs = fluid.friction > 0.0 or farthest > NEAR
     if through_pairs or scene.run.integrator not in ("auto", "radau"):
         return interpreted_work(scene, fluid)
     wider = max(farthest - REACH, 0.0)

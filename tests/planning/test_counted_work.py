@@ -41,3 +41,12 @@ def test_a_probe_counts_the_steps_that_it_takes_whatever_the_run_does():
 def test_wider_reach_costs_more_beyond_what_elasticity_couples():
     near, same, wide = (works(**{"slip.neighbours": k})["radau"] for k in (1, 3, 6))
     assert near == same < wide
+
+
+def test_the_disturbance_of_a_flow_counts_as_slip_of_its_reach():
+    shear = {"flow.gradient": [[0.0, 0.1, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]}
+    for reach in (3, 6):
+        disturbed = works(**shear, **{"flow.neighbours": reach})
+        assert disturbed["radau"] == works(**{"slip.neighbours": reach})["radau"]
+        assert disturbed["radau"] < 0.5 * disturbed["cvode"]
+    assert len(set(works(**shear, **{"flow.neighbours": "all"}).values())) == 1

@@ -21,7 +21,7 @@ import pytest
 
 import nrchain
 from nrchain.effects.base import Effect
-from nrchain.effects.registry import effects
+from nrchain.effects.registry import effects, find_effect
 from support.poses import random_chain
 from support.spring import Spring
 
@@ -200,7 +200,12 @@ def _effects() -> list[Configuration]:
     """Every registered effect and one of a user's own, each by itself beside the elasticity."""
     # a flow along x would change the period of a periodic chain
     across = {"flow.gradient": [[0.0, 0.3, -0.1], [0.0, 0.2, 0.4], [0.0, -0.3, -0.2]]}
+    near = across | {"flow.neighbours": 2, "flow.finite_size": True}
+    strained = find_effect("finite size of strain")
     found = []
+    for ends in ("free", "periodic"):
+        name = f"disturbance by 2 neighbours, {ends}"
+        found.append(Configuration(name, ends=ends, apart=2.9, changes=near, effect=strained))
     for effect, ends in product((*effects(), Spring), ("free", "periodic")):
         changes = dict(effect.example)
         if ends == "periodic" and "flow.gradient" in changes:
