@@ -77,12 +77,13 @@ ROW = 5
 
 def table_of(arrays: Sequence[np.ndarray]) -> np.ndarray:
     """(K, 5) addresses and shapes of contiguous arrays, by which compiled code finds them."""
-    table = np.zeros((len(arrays), ROW), np.int64)
-    for row, array in zip(table, arrays, strict=True):
+    rows = []
+    for array in arrays:
         if not array.flags.c_contiguous:
             raise ValueError("compiled code needs contiguous arrays")
-        row[: 1 + array.ndim] = array.ctypes.data, *array.shape
-    return table
+        unused = (ROW - 1 - array.ndim) * (0,)
+        rows.append((array.ctypes.data, *array.shape, *unused))
+    return np.array(rows, np.int64).reshape(-1, ROW)
 
 
 @inlined

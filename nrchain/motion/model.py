@@ -11,6 +11,7 @@ integrators.
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +24,7 @@ from nrchain.potential.chain import REACH
 from nrchain.potential.link import add_block_product
 
 if TYPE_CHECKING:
+    from nrchain.hydrodynamics.pairs import SlipFlow
     from nrchain.scene.scene import Scene
 
 
@@ -74,8 +76,7 @@ class Model:
         self._mobility = Mobility(scene, self.held, bool(wrenches))
         self.friction = self._mobility.pairs
         self.slip = make_flow(scene)
-        # evaluations at other poses leave the point of linearisation as it is
-        self._linearised_slip = make_flow(scene)
+        self._scene = scene
         slip_reach = (self.slip.near or 1) if self.slip else 0
         places = [effect.places for effect in further]
         self.reach = max(
@@ -89,6 +90,11 @@ class Model:
         self.is_banded = self.is_near and None not in places
         if not self.is_banded:
             self._elastic_blocks = np.zeros((self.count, 2 * REACH + 1, 6, 6))
+
+    @cached_property
+    def _linearised_slip(self) -> SlipFlow:
+        """A flow of its own: evaluations at other poses leave the point of linearisation."""
+        return make_flow(self._scene)
 
     def twists(
         self, positions: np.ndarray, frames: np.ndarray, out: np.ndarray | None = None

@@ -27,7 +27,11 @@ class Counters:
     @property
     def steps(self) -> float:
         """Steps so far."""
-        return self._integrator.steps + self._earlier.get("steps", 0)
+        return self.steps_after(self._integrator.steps)
+
+    def steps_after(self, steps: int) -> float:
+        """Steps after so many of the present run."""
+        return steps + self._earlier.get("steps", 0)
 
     def at(self, steps: int, evaluations: int) -> dict[str, float]:
         """Steps and right-hand sides after so many of the present run."""

@@ -136,11 +136,11 @@ class Loop:
     def _record(self) -> None:
         """Record what was sampled in steps that need no look."""
         samples = self._samples
-        for k in range(samples.taken):
-            time, poses = float(samples.times[k]), (samples.positions[k], samples.frames[k])
-            steps, evaluations = (int(count) for count in samples.counted[k])
-            self.recording.write(time, poses, self.counters.at(steps, evaluations))
-            self.watches.check_snapshot(time, poses)
+        times, counted = samples.times[: samples.taken], samples.counted[: samples.taken]
+        rows = times.tolist(), counted.tolist(), samples.positions, samples.frames
+        for time, counts, positions, frames in zip(*rows, strict=False):
+            self.recording.write(time, (positions, frames), counts)
+            self.watches.check_snapshot(time, (positions, frames))
 
     def _pass(self, time: float, steps: int) -> None:
         """Note that so many steps led to ``time``, none of which has to be looked at."""

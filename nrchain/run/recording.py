@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import nullcontext
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 
@@ -15,8 +13,6 @@ from nrchain.scene.scene import Scene
 from nrchain.trajectory.checkpoint import Checkpoint
 from nrchain.trajectory.recorder import Recorder
 from nrchain.types import Poses
-
-NOTHING: Mapping[str, float] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -82,21 +78,27 @@ class Recording:
         while not self.is_complete and self.times[self.snapshot] <= until:
             yield float(self.times[self.snapshot])
 
-    def write(self, time: float, poses: Poses, counted: Mapping[str, float] = NOTHING) -> None:
+    def write(self, time: float, poses: Poses, counted: Sequence[int] | None = None) -> None:
         """Record the poses at ``time`` as the next snapshot.
 
-        ``counted`` are counts by then, for a snapshot that later steps have passed.
+        ``counted`` are the steps and right-hand sides of the present run by then, for a snapshot
+        that later steps have passed.
         """
-        steps = int(counted.get("steps", self._counters.steps))
-        # a copy in memory takes less time than two looks at the clock
-        is_short = not (self._recorder.outlives_run or self._progress)
-        with nullcontext() if is_short else self._counters.stopwatch.paused():
+        steps = int(self._counters.steps_after(counted[0]) if counted else self._counters.steps)
+        if not (self._recorder.outlives_run or self._progress):
+            # a copy in memory takes less time than two looks at the clock
+            self._recorder.write(self.snapshot, time, *poses, steps)
+            self.snapshot += 1
+            return
+        with self._counters.stopwatch.paused():
             self._recorder.write(self.snapshot, time, *poses, steps)
             if self._recorder.outlives_run:
                 self.write_counters()
             self.snapshot += 1
             if self._progress:
-                counters = {**self._counters.table(), **counted}
+                counters = self._counters.table()
+                if counted:
+                    counters |= self._counters.at(*counted)
                 where = time, self.end, self.snapshot, len(self.times)
                 with np.errstate(**self._caller):
                     self._progress(Progress(*where, counters, counters["wall_time"]))

@@ -16,6 +16,7 @@ from array import array
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from statistics import median
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
@@ -130,7 +131,7 @@ class Stopwatch:
         if not self._spent:
             return 0.0
         spent, count = np.frombuffer(self._spent), np.frombuffer(self._counts)
-        usual = float(np.median(spent / count)) * count
+        usual = median((spent / count).tolist()) * count
         return float(np.where(spent > STRANGE * usual, usual, spent).sum())
 
 
