@@ -98,7 +98,7 @@ def test_many_steps_at_once_are_the_same_steps(name):
     ends = []
     for most in (1, 7, 40):
         _, integrator = prepare(small(name, 6, 400.0), "radau", 1e-6)
-        clearance, taken = integrator._equation._clearance, 0
+        clearance, taken = integrator.equation._clearance, 0
         while taken < 40:
             samples = wanting(np.inf)
             taken += integrator.advance(samples, min(most, 40 - taken), clearance, 1000)
@@ -112,7 +112,7 @@ def test_many_steps_at_once_are_the_same_steps(name):
 def test_steps_end_where_they_have_to_be_looked_at():
     """At a time, after a number of unwatched steps, or where spheres may touch."""
     _, integrator = prepare(small("buckling", 6, 400.0), "radau", 1e-6)
-    clear = integrator._equation._clearance
+    clear = integrator.equation._clearance
     assert integrator.advance(wanting(np.inf), 100, clear, 4) == 5
     before = integrator.reached
     integrator.advance(wanting(2.0 * before), 100, clear, 1000)
@@ -129,7 +129,7 @@ def test_samples_are_the_poses_of_single_steps():
     ends = [probe.step() for _ in range(30)]
     times = np.linspace(0.0, ends[-1], 41)[1:]
     samples = wanting(*times)
-    assert integrator.advance(samples, 30, integrator._equation._clearance, 1000) == 30
+    assert integrator.advance(samples, 30, integrator.equation._clearance, 1000) == 30
     assert samples.taken == np.count_nonzero(times <= ends[-2]) > 5
     for k in range(samples.taken):
         while alone.reached < times[k]:

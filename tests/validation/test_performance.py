@@ -7,7 +7,7 @@ import pytest
 
 from nrchain import load_scene, simulate
 from nrchain.scene.toml import parse_assignment
-from validation.performance import growth, start_up
+from validation.performance import growth, roofline, start_up
 from validation.performance.scenes import buckling
 from validation.performance.timing import (
     Timed,
@@ -87,3 +87,16 @@ def test_a_child_that_works_takes_the_time_it_worked(tmp_path):
     work = "import time\nwhile time.process_time() < 0.5: pass"
     assert start_up.processor_time(["-c", work], tmp_path) >= 0.5
     assert start_up.processor_time(["-c", "import time; time.sleep(0.5)"], tmp_path) < 0.5
+
+
+def test_the_parts_of_a_run_are_all_that_it_counts():
+    """Calls of the functions of a run's equation, against the counters of the run itself."""
+    scene = load_scene("buckling", **{"chain.particles": 7, "run.end": 20.0})
+    found = roofline.measure(scene, rounds=1)
+    counters, calls = simulate(scene).counters, found.calls
+    parts = {name: calls[which] for which, name in roofline.PARTS.items()}
+    assert parts["right-hand sides"] == counters["evaluations"]
+    assert parts["Jacobians"] == counters["jacobians"]
+    assert parts["real solves"] + parts["complex solves"] == counters["solves"]
+    assert parts["Jacobians"] <= parts["factors"] <= parts["real solves"]
+    assert min(found.seconds.values()) > 0.0

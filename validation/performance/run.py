@@ -19,6 +19,7 @@ from validation.performance import (
     growth,
     long_chains,
     pair_sums,
+    roofline,
     spinning,
     start_up,
 )
@@ -48,6 +49,8 @@ def study(recorder: Recorder) -> None:
     effects_left_out.compare(recorder)
     recorder.step("Newton matrices")
     elimination.compare(recorder)
+    recorder.step("arithmetic and the rest of a run")
+    roofline.compare(recorder)
     recorder.step("spinning chains")
     spinning.compare(recorder)
     recorder.step("ensembles")

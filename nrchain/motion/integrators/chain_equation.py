@@ -301,9 +301,9 @@ class ChainEquation:
             self._clearance = clearance
             self._table[CLEARANCE:] = table_of(clearance)
 
-    def call(self, which: int, source: int, target: int = 0) -> None:
-        """Call a direct function of the chain for vectors at these addresses."""
-        self._call(self._address, source, target, 0, which)
+    def call(self, which: int, source: int, target: int = 0) -> int:
+        """Call a direct function of the chain for vectors at these addresses; returns a status."""
+        return self._call(self._address, source, target, 0, which)
 
     def poses_at(self, time: float) -> Poses:
         """Poses (N, 3) and (N, 3, 3) in the lab at a time within the last step."""

@@ -41,6 +41,11 @@ class Radau(Integrator):
     ----------
     fixed_step
         Take steps of this length for any error, to measure the order.
+
+    Attributes
+    ----------
+    equation
+        The functions that steps call, with what they share.
     """
 
     name = "radau"
@@ -60,19 +65,19 @@ class Radau(Integrator):
         fixed_step: float | None = None,
     ) -> None:
         super().__init__(chain, end, rtol, atol)
-        self._equation = ChainEquation(chain, end, rtol, atol, fixed_step or 0.0)
-        self._solver = None if chain.model.is_near else KrylovSolver(chain, self._equation)
+        self.equation = ChainEquation(chain, end, rtol, atol, fixed_step or 0.0)
+        self._solver = None if chain.model.is_near else KrylovSolver(chain, self.equation)
         if chain.model.is_near and not chain.model.is_banded:
-            solve_with_far_pairs(self._equation)
+            solve_with_far_pairs(self.equation)
         self._places = (6 * chain.order[:, None] + np.arange(6)).ravel()
-        equation = self._equation
+        equation = self.equation
         self._state = equation.functions, equation.numbers, equation.counts, equation.vectors
 
     def start(self, time: float, y: np.ndarray) -> None:
-        vectors = self._equation.vectors
+        vectors = self.equation.vectors
         vectors[steps.Y] = 0.0
         vectors[steps.Y, self._places] = y
-        steps.start(self._equation.numbers, self._equation.counts, time)
+        steps.start(self.equation.numbers, self.equation.counts, time)
         self.begin = self.reached = time
 
     def step(self) -> float:
@@ -80,15 +85,15 @@ class Radau(Integrator):
         return self.reached
 
     def advance(self, samples: Samples, most: int, clearance: Clearance, unwatched: int) -> int:
-        self._equation.watch(clearance)
+        self.equation.watch(clearance)
         return self._advance(samples, most, unwatched)
 
     def _advance(self, samples: Samples, most: int, unwatched: int) -> int:
         to = samples.positions.ctypes.data, samples.frames.ctypes.data
         status, taken = steps.advance(
-            *self._state, self._equation.pair, most, unwatched, samples.times, samples.counted, *to
+            *self._state, self.equation.pair, most, unwatched, samples.times, samples.counted, *to
         )
-        samples.taken = int(self._equation.counts[steps.SAMPLED])
+        samples.taken = int(self.equation.counts[steps.SAMPLED])
         samples.counted[: samples.taken, 1] += self.chain.evaluations
         self._count()
         if status != steps.ADVANCED:
@@ -102,10 +107,10 @@ class Radau(Integrator):
         return y[self._places]
 
     def poses_at(self, time: float) -> Poses:
-        return self._equation.poses_at(time)
+        return self.equation.poses_at(time)
 
     def _count(self) -> None:
-        numbers, counts, chain = self._equation.numbers, self._equation.counts, self.chain
+        numbers, counts, chain = self.equation.numbers, self.equation.counts, self.chain
         self.begin, self.reached = float(numbers[steps.BEGIN]), float(numbers[steps.TIME])
         self.steps, self.solves = int(counts[steps.STEPS]), int(counts[steps.SOLVES])
         chain.evaluations += int(counts[steps.EVALUATIONS])
@@ -113,12 +118,12 @@ class Radau(Integrator):
         counts[[steps.EVALUATIONS, steps.JACOBIANS]] = 0
 
     def _raise(self, status: int) -> NoReturn:
-        self._equation.raise_error()
+        self.equation.raise_error()
         if self._solver:
             self._solver.raise_error()
         if status == steps.NOT_FINITE:
             raise NotFinite
-        fixed = self._equation.numbers[steps.FIXED]
+        fixed = self.equation.numbers[steps.FIXED]
         if fixed and status == steps.DIVERGES:
             raise IntegrationError(f"{_CAUSES[status][2:]} in a step of {fixed:.6g}")
         raise IntegrationError(f"steps have become too small{_CAUSES[status]}")

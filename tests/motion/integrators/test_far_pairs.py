@@ -23,7 +23,7 @@ from nrchain.motion.integrators.radau_tableau import COMPLEX, REAL
 def systems(scene, step):
     """The equation of a chain with factors at its start, J in full, and J near the diagonal."""
     chain, integrator = prepare(scene, "radau", 1e-6)
-    equation, rows = integrator._equation, integrator._places
+    equation, rows = integrator.equation, integrator._places
     still = equation.vectors[STILL].ctypes.data
     equation.numbers[[AT, STEP]] = 0.0, step
     equation.call(LINEARISE, still)

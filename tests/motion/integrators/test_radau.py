@@ -102,7 +102,7 @@ def test_an_error_that_grows_from_step_to_step_is_foreseen(first, growth):
     """
     _, integrator = prepare(tumbling(), "radau", 1e-6)
     integrator.step()
-    equation, step, errors = integrator._equation, first, []
+    equation, step, errors = integrator.equation, first, []
     shared = equation.numbers, equation.counts, equation.vectors
     equation.numbers[[ERROR, RATE, ROOM]] = 0.0, 1.0, np.inf
     for k in range(3):
@@ -117,7 +117,7 @@ def test_gives_up_when_steps_vanish():
     scene, wall = tumbling(), 0.7
     probe = Probe(scene, lambda positions: 0.0 if numbers[AT] <= wall else np.nan)
     _, integrator = prepare(scene, "radau", 1e-6, probe)
-    numbers = integrator._equation.numbers
+    numbers = integrator.equation.numbers
 
     def go_on():
         for _ in range(1000):

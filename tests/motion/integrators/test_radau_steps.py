@@ -85,7 +85,7 @@ def test_the_error_estimate_is_of_fourth_order():
     for step in (0.02, 0.01):
         _, integrator = linear(-np.eye(3), step, tolerance=1e-3)
         integrator.step()
-        sizes.append(abs(integrator._equation.vectors[DEFECT, 6]))
+        sizes.append(abs(integrator.equation.vectors[DEFECT, 6]))
     assert sizes[0] < 1e-3
     assert np.log2(sizes[0] / sizes[1]) == pytest.approx(4.0, abs=0.05)
 
@@ -94,7 +94,7 @@ def test_a_first_error_above_the_tolerance_is_filtered():
     """It then tends to 0 as z → −∞, where the plain estimate would be of the size of y."""
     _, integrator = linear(-1e10 * np.eye(3), 1.0)
     integrator.step()
-    assert abs(integrator._equation.vectors[DEFECT, 6]) < 1e-7 * START
+    assert abs(integrator.equation.vectors[DEFECT, 6]) < 1e-7 * START
 
 
 def test_an_iteration_that_diverges_ends_a_fixed_step():
