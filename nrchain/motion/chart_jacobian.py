@@ -61,6 +61,33 @@ def transform_blocks(blocks, slot_of, maps, turning):
 
 
 @kernel
+def set_symmetric_band(blocks, slot_of, ratio, band):
+    """band[k, n] = (A + Aᵀ)[n + k, n]/2 with A = S⁻¹JS, for the blocks of an open chain.
+
+    S multiplies rotations by ``ratio``.
+    """
+    count, width = blocks.shape[0], blocks.shape[1]
+    band[:] = 0.0
+    for i in range(count):
+        for m in range(width):
+            j = i + m - width // 2
+            if slot_of[i] < 0 or j < 0 or j >= count or slot_of[j] < 0:
+                continue
+            for p in range(6):
+                for q in range(6):
+                    value = blocks[i, m, p, q]
+                    if p < 3 <= q:
+                        value *= ratio
+                    elif q < 3 <= p:
+                        value /= ratio
+                    row, column = 6 * slot_of[i] + p, 6 * slot_of[j] + q
+                    if row == column:
+                        band[0, row] += value
+                    else:
+                        band[abs(row - column), min(row, column)] += 0.5 * value
+
+
+@kernel
 def multiply(blocks, order, slot_of, periodic, vector, out):
     """out = J · vector for blocks near the diagonal that are all of J."""
     count, width = blocks.shape[0], blocks.shape[1]

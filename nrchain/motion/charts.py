@@ -230,6 +230,20 @@ class ChartedChain:
         shape = self.dimension, self.dimension
         return csc_matrix((values.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
 
+    def symmetric_band(self) -> np.ndarray | None:
+        """The symmetric part of √μ⁻¹ J √μ by lower diagonals, with J near the diagonal at y = 0.
+
+        μ is that of one-body friction. The largest eigenvalue bounds Re λ of J, and equals it where
+        all forces have an energy. None for a periodic chain.
+        """
+        if self._periodic:
+            return None
+        translation, rotation = self.model.drag
+        band = np.empty((3 * self._blocks.shape[1] + 3, self.dimension))
+        ratio = float(np.sqrt(translation / rotation))
+        chart_jacobian.set_symmetric_band(self._blocks, self._slot_of, ratio, band)
+        return band
+
     def jacobian(self) -> np.ndarray:
         """The dense Jacobian of the last ``linearise``, column by column."""
         columns = np.empty((self.dimension, self.dimension))

@@ -10,6 +10,7 @@ to each other.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,10 +21,13 @@ DENSE = 130
 """Coordinates up to which all eigenvalues are computed: 20 ms; 400 would take a second."""
 
 NEAREST = 6
-"""Eigenvalues found about each of the rates that matter on longer chains."""
+"""Eigenvalues found on longer chains for each of the rates that matter."""
 
 LADDER = (1.0, 4.0, 16.0)
 """Rates about which they are computed, in units of the fastest rate that steps resolve."""
+
+FINER = 2.0
+"""Ratio of the rates at which growth beyond them is ruled out."""
 
 ACROSS = 1e-3
 """A mode bends the chain if more than this part of it is neither along it nor a rigid motion."""
@@ -33,6 +37,9 @@ FROZEN = 2.0
 
 ALIKE = 1e-6
 """Eigenvalues that differ by less than this fraction count as one."""
+
+SAME = 1e-4
+"""The same for eigenvalues that are found by iterations, and to be computed more accurately."""
 
 BESIDE = 1e-3
 """Distance from an eigenvalue at which J − σ is inverted, as a fraction of it."""
@@ -59,8 +66,8 @@ def growth_about_base(chain: ChartedChain, axis: np.ndarray, least: float, fast:
 
     Also faster than ``FROZEN`` times the rate at which links stretch or shorten: offsets grow with
     a chain that is stretched, as it takes its direction from how it lay, and nothing bends.
-    On a long chain those near the rate ``least``, and near ``fast`` and beyond it; none where
-    the Jacobian is not finite or its eigenvalues are not found.
+    On a long chain those near the rate ``least``, near ``fast`` and beyond it, and near a bound of
+    all rates; none where the Jacobian is not finite or its eigenvalues are not found.
     """
     from scipy.sparse.linalg import ArpackError
 
@@ -76,10 +83,18 @@ def _growth(chain: ChartedChain, axis: np.ndarray, least: float, fast: float) ->
     velocity = np.empty(chain.dimension)
     chain.rates(chain.time, still, velocity)
     chain.linearise(chain.time, still)
-    if chain.dimension > DENSE:
-        values, shapes = _nearest(chain, (least, *(fast * step for step in LADDER)))
+    long = chain.dimension > DENSE
+    most = _bound(chain, bound, LADDER[-1] * fast) if long or chain.is_banded else math.inf
+    if most <= bound:
+        return Growth(np.empty(0), np.empty((0, chain.dimension)))
+    if long:
+        ladder = [fast * step for step in LADDER if fast * step < most]
+        rates = dict.fromkeys((least, *ladder), NEAREST)
+        if most < math.inf:
+            rates[most] = (len(LADDER) - len(ladder)) * NEAREST
+        values, shapes = _nearest(chain, rates)
         grows = _grow(chain, values, shapes, axis, bound)
-        found = [_part_near(chain, value, velocity) for value in values[grows]]
+        found = [_part_near(chain, value, velocity) for value in _apart(values[grows])]
         parts = np.reshape([part for _, part in found], (len(found), chain.dimension))
         return Growth(np.array([rate for rate, _ in found]), parts)
     from scipy.linalg import eig
@@ -92,6 +107,40 @@ def _growth(chain: ChartedChain, axis: np.ndarray, least: float, fast: float) ->
     return _parts(values[grows], duals[:, grows], shapes[:, grows], velocity)
 
 
+def _bound(chain: ChartedChain, least: float, fast: float) -> float:
+    """A rate from ``least`` to ``fast`` beyond which nothing grows; infinite if none is found.
+
+    It is ``FINER`` times too large at most, for what the symmetric part of J shows.
+    """
+    from scipy.linalg import cholesky_banded
+
+    band = chain.symmetric_band()
+    if band is None:
+        return math.inf
+    if not np.isfinite(band).all():
+        raise FloatingPointError("the Jacobian is not finite")
+
+    def nothing_grows_beyond(rate: float) -> bool:
+        definite = -band
+        definite[0] += rate
+        try:
+            cholesky_banded(definite, overwrite_ab=True, lower=True, check_finite=False)
+        except np.linalg.LinAlgError:
+            return False
+        return True
+
+    low, high = -1, math.ceil(math.log(max(fast / least, 1.0), FINER))
+    if not nothing_grows_beyond(least * FINER**high):
+        return math.inf
+    while high - low > 1:
+        middle = (low + high) // 2
+        if nothing_grows_beyond(least * FINER**middle):
+            high = middle
+        else:
+            low = middle
+    return least * FINER**high
+
+
 def _grow(
     chain: ChartedChain, values: np.ndarray, shapes: np.ndarray, axis: np.ndarray, bound: float
 ) -> np.ndarray:
@@ -99,6 +148,15 @@ def _grow(
     grows = (values.real > bound) & ((values.imag > 0.0) | ~_turn(values))
     grows[grows] = _bends(chain, shapes[:, grows], axis)
     return grows
+
+
+def _apart(values: np.ndarray) -> list[complex]:
+    """The eigenvalues without those that are found twice, or belong to modes of one rate."""
+    kept: list[complex] = []
+    for value in values:
+        if all(abs(value - other) > SAME * abs(value) for other in kept):
+            kept.append(value)
+    return kept
 
 
 def _turn(values: np.ndarray) -> np.ndarray:
@@ -150,14 +208,17 @@ def _bends(chain: ChartedChain, shapes: np.ndarray, axis: np.ndarray) -> np.ndar
     return np.abs(across).max(axis=(1, 2, 3), initial=0.0) > ACROSS * most
 
 
-def _nearest(chain: ChartedChain, rates: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues and eigenvectors about these rates, of the Jacobian near its diagonal."""
+def _nearest(chain: ChartedChain, rates: dict[float, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues and eigenvectors about these rates, of the Jacobian near its diagonal.
+
+    ``rates`` says how many about each.
+    """
     from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs
 
     size = chain.dimension
     begin = np.random.default_rng(0).standard_normal(size)
     found = []
-    for rate in rates:
+    for rate, number in rates.items():
         try:
             chain.factorise(1.0 / rate)
         except FloatingPointError:
@@ -171,7 +232,7 @@ def _nearest(chain: ChartedChain, rates: tuple[float, ...]) -> tuple[np.ndarray,
 
         operator = LinearOperator((size, size), matvec=inverse, dtype=float)
         try:
-            values, shapes = eigs(operator, k=NEAREST, v0=begin, tol=1e-3, maxiter=20)
+            values, shapes = eigs(operator, k=number, v0=begin, tol=1e-3, maxiter=20)
         except ArpackNoConvergence as short:
             values, shapes = short.eigenvalues, short.eigenvectors
         found.append((rate + 1.0 / values, shapes))

@@ -181,6 +181,24 @@ def test_iterative_and_dense_eigenvalues_of_long_chains_agree(monkeypatch, slip)
         np.testing.assert_allclose(near.parts[nearest], part, atol=1e-3 * part.max())
 
 
+@pytest.mark.parametrize("ends", ["free", "clamped"])
+@pytest.mark.parametrize("slip", [{}, {"slip.2s": 40.0, "slip.3t": 400.0}, {"slip.4a": 5e3}])
+def test_nothing_grows_beyond_the_bound(slip, ends):
+    """All eigenvalues are below it, and without slip it is the first power of two above them."""
+    scene = squeezed(**{"chain.ends": ends} | slip)
+    start = compressed(scene, 1e-3)
+    chain = ChartedChain(Model(scene))
+    chain.rebase(0.0, start, np.tile(np.eye(3), (len(start), 1, 1)))
+    chain.linearise(0.0, np.zeros(chain.dimension))
+    most = np.linalg.eigvals(chain.jacobian()).real.max()
+    assert most > 1.0
+    bound = growing_modes._bound(chain, 2.0**-10, 2.0**20)
+    assert most <= bound < 2.0**20
+    if not slip:
+        assert bound == 2.0 ** np.ceil(np.log2(most))
+    assert growing_modes._bound(chain, 2.0**-10, 0.25 * most) == math.inf
+
+
 @pytest.mark.parametrize("dense", [10**6, 0])
 def test_the_fastest_mode_becomes_the_whole_bend(monkeypatch, dense):
     """A mode of 2e-12 a at rate 67 is 2e-4 of the bend at t = 0 and nearly all at t = 0.25."""
