@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from nrchain.states.mode_waves import ModeWaves, mode_waves
     from nrchain.states.modes import Mode
     from nrchain.states.spectrum import Spectrum, spectrum
+    from nrchain.states.state import State, find_state
     from nrchain.theory import lattice, rod
     from nrchain.theory.dispersion import Dispersion, dispersion
     from nrchain.theory.lattice import (
@@ -120,6 +121,8 @@ _MODULE_OF = {
     "mode_waves": "nrchain.states.mode_waves",
     "Spectrum": "nrchain.states.spectrum",
     "spectrum": "nrchain.states.spectrum",
+    "State": "nrchain.states.state",
+    "find_state": "nrchain.states.state",
     "Slip": "nrchain.hydrodynamics.slip",
     "load_scene": "nrchain.scene.loading",
     "scene_names": "nrchain.scene.toml",
@@ -151,6 +154,7 @@ __all__ = [
     "Slip",
     "SlipMode",
     "Spectrum",
+    "State",
     "Trajectory",
     "TrajectoryError",
     "UnknownNameError",
@@ -168,6 +172,7 @@ __all__ = [
     "elastic_energy",
     "elastic_wrenches",
     "estimate",
+    "find_state",
     "lattice",
     "lattice_operator",
     "lattice_rates",

@@ -31,7 +31,7 @@ def state_near(scene: Scene, at: Any = None) -> SteadyState:
     Raises :class:`~nrchain.errors.SceneError` if there is none within d of the poses.
     """
     straight = at is None
-    poses = straight_poses(scene) if straight else _given_poses(scene, at)
+    poses = straight_poses(scene) if straight else given_poses(scene, at)
     chain = RelativeChain(scene, poses)
     begin = chain.at(poses)
     if straight:
@@ -39,13 +39,14 @@ def state_near(scene: Scene, at: Any = None) -> SteadyState:
     state = find_steady_state(scene, poses)
     if straight and not state.found:
         state = _from_relaxed(scene)
-    away = np.linalg.norm(_shape_of(state.poses) - _shape_of(poses), axis=1).max()
+    # no step of Newton's method moves the chain as a whole
+    away = np.linalg.norm(state.positions - poses[0], axis=1).max()
     if not state.found:
         raise _no_state(begin, start_name(at), f"Newton's method ends with {state.residual:.3g}")
     if not straight and away > scene.chain.spacing:
         found = f"the state that Newton's method finds from there is {away:.3g} away"
         raise _no_state(begin, start_name(at), found)
-    _refuse_out_of_reach(scene, state)
+    refuse_out_of_reach(scene, state)
     return state
 
 
@@ -66,7 +67,7 @@ def _no_state(begin: Point, name: str, found: str) -> SceneError:
     return SceneError("at", name, f"is no state: {left}, and {found}; {remedy}")
 
 
-def _given_poses(scene: Scene, at: Any) -> Poses:
+def given_poses(scene: Scene, at: Any) -> Poses:
     """Checked poses of an argument: a pair of arrays, or the last snapshot of a trajectory."""
     if hasattr(at, "positions") and hasattr(at, "frames"):
         positions, frames = np.asarray(at.positions), np.asarray(at.frames)
@@ -95,7 +96,7 @@ def _from_relaxed(scene: Scene) -> SteadyState:
     return find_steady_state(scene, (line.positions, line.frames))
 
 
-def _refuse_out_of_reach(scene: Scene, state: SteadyState) -> None:
+def refuse_out_of_reach(scene: Scene, state: SteadyState) -> None:
     """Raise if spheres overlap in a state, or a link has turned by a quarter: no run gets there."""
     distance, i, j = closest_pair(state.positions, scene.period)
     contact = contact_distance(scene)
@@ -107,10 +108,3 @@ def _refuse_out_of_reach(scene: Scene, state: SteadyState) -> None:
     if has_rotational_springs(scene) and angle >= 0.5 * np.pi:
         allowed = f"has turned by {angle:.4g} rad in the state: {soft}elasticity.twist and .bend"
         raise SceneError("at", f"link {link}", allowed)
-
-
-def _shape_of(poses: Poses) -> np.ndarray:
-    """Distances (N, 2) of spheres in the chain that no motion as a whole changes."""
-    positions = poses[0]
-    away = np.linalg.norm(positions - positions.mean(axis=0), axis=1)
-    return np.stack([away, np.linalg.norm(positions - positions[0], axis=1)], axis=1)

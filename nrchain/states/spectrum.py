@@ -168,13 +168,13 @@ def spectrum(scene: Scene, at: Any = None, modes: int = MODES) -> Spectrum:
         raise SceneError("chain.particles", 2, "leaves no sphere free to move between clamps")
     try:
         with np.errstate(all="ignore"):
-            return _about(scene, state_near(scene, at), at is None, modes)
+            return spectrum_about(scene, state_near(scene, at), at is None, modes)
     except (FloatingPointError, np.linalg.LinAlgError) as error:
         raise SceneError("at", start_name(at), f"has no spectrum: {error}") from None
 
 
-def _about(scene: Scene, state: SteadyState, is_straight: bool, modes: int) -> Spectrum:
-    """The spectrum of a state."""
+def spectrum_about(scene: Scene, state: SteadyState, is_straight: bool, modes: int) -> Spectrum:
+    """The spectrum of a state that has been found."""
     point = RelativeChain(scene, state.poses).at(state.poses)
     is_whole = scene.chain.particles <= DENSE
     if is_whole:

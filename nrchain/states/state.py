@@ -1,0 +1,208 @@
+"""G(X) = 0 from a guess or from a nudge: the states of rest and of steady motion of a chain.
+
+Newton's method finds the state next to a guess, stable or not. A nudge, or a guess that is next to
+no state, is followed to the state that attracts it (:mod:`nrchain.states.relaxation`), and Newton's
+method ends the search.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nrchain.effects.base import Effect
+from nrchain.errors import SceneError
+from nrchain.inputs.rules import is_number
+from nrchain.scene.loading import require_scene
+from nrchain.scene.scene import Scene
+from nrchain.states.motions import moved
+from nrchain.states.newton import SteadyState, largest_change, solve
+from nrchain.states.relative import Point, RelativeChain
+from nrchain.states.relaxation import relax
+from nrchain.states.search import given_poses, refuse_out_of_reach, start_name, state_near
+from nrchain.states.spectrum import MODES, Spectrum, spectrum, spectrum_about
+from nrchain.types import Poses
+from nrchain.wording import brief
+
+
+@dataclass(frozen=True)
+class State:
+    """A chain at rest, or one that swims, spins and screws without a change of shape.
+
+    Attributes
+    ----------
+    scene
+        The scene.
+    positions, frames
+        (N, 3) and (N, 3, 3).
+    velocity, rotation
+        V (3,) of the point ``origin`` and Ω (3,) of the chain as a whole, in the lab.
+    turn
+        Rate at which all spheres turn about their own axes e₁, beside Ω.
+    origin
+        (3,): the mean position of the guess, or of the held spheres.
+    residual
+        Largest velocity, or a times angular velocity, of a sphere beside that motion.
+    error
+        The last correction of Newton's method, in lengths and radians: the largest of all spheres.
+    steps
+        Steps of the search, each with one factorisation.
+    spectrum
+        Rates and modes of small changes; ``spectrum.neutral`` counts the motions of the chain as a
+        whole.
+    """
+
+    scene: Scene
+    positions: np.ndarray
+    frames: np.ndarray
+    velocity: np.ndarray
+    rotation: np.ndarray
+    turn: float
+    origin: np.ndarray
+    residual: float
+    error: float
+    steps: int
+    spectrum: Spectrum
+
+    __repr__ = brief
+
+    @property
+    def poses(self) -> Poses:
+        """Positions and frames."""
+        return self.positions, self.frames
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether all modes of the shape decay, by more than the error of their rates."""
+        return self.spectrum.is_stable
+
+
+def find_state(scene: Scene, guess: Any = None, *, nudge: float = 0.0, modes: int = MODES) -> State:
+    """X, V and Ω with w(X) = (V + Ω × (r − o), Ω + s e₁): a state of rest or of steady motion.
+
+    Parameters
+    ----------
+    scene
+        Any ends and effects that allow a state, without ``effects = "auto"``.
+    guess
+        ``(positions, frames)``, a trajectory, whose last snapshot is taken, or another state. By
+        default the straight chain.
+    nudge
+        Largest displacement, in radii, by which the chain leaves the state next to the guess along
+        its fastest mode. The state that attracts it from there is found. A negative nudge goes the
+        other way.
+    modes
+        Number of leading eigenvalues of its spectrum.
+
+    Raises :class:`~nrchain.errors.SceneError` if no state is found, with the velocities that are
+    left and the field or flow that forbids one.
+
+    >>> from nrchain import load_scene
+    >>> bent = find_state(load_scene("buckling", **{"slip.2s": 60.0}), nudge=0.1)
+    >>> bent.is_stable, bool(abs(bent.positions[:, 1:]).max() > 5.0)
+    (True, True)
+    """
+    if require_scene(scene).effects == "auto":
+        allowed = "must be chosen first: nrchain.auto.choose(scene)[0] names them"
+        raise SceneError("effects", scene.effects, allowed)
+    if not is_number(nudge):
+        raise SceneError("nudge", nudge, "must be a finite number of radii")
+    with np.errstate(all="ignore"):
+        found = _search(scene, guess, nudge)
+    refuse_out_of_reach(scene, found)
+    is_straight = guess is None and not nudge
+    with np.errstate(all="ignore"):
+        return _with_spectrum(spectrum_about(scene, found, is_straight, modes))
+
+
+def _search(scene: Scene, guess: Any, nudge: float) -> SteadyState:
+    """The steady state of a guess, or the one that attracts it."""
+    if nudge:
+        return _attracting(scene, _nudged(scene, guess, nudge), guess)
+    try:
+        return state_near(scene, guess)
+    except SceneError:
+        if guess is None:
+            raise
+    return _attracting(scene, given_poses(scene, guess), guess)
+
+
+def _nudged(scene: Scene, guess: Any, nudge: float) -> Poses:
+    """The state next to a guess, displaced along its fastest mode."""
+    about = spectrum(scene, guess, modes=1)
+    mode = about.leading.right[0]
+    part = mode.real if np.abs(mode.real).max() >= np.abs(mode.imag).max() else mode.imag
+    largest = np.linalg.norm(part[:, :3], axis=1).max()
+    scale = largest or scene.chain.radius * np.linalg.norm(part[:, 3:], axis=1).max()
+    return moved(*about.state.poses, nudge * scene.chain.radius / scale * part)
+
+
+def _attracting(scene: Scene, poses: Poses, guess: Any) -> SteadyState:
+    """The state that attracts a chain at these poses."""
+    begin = RelativeChain(scene, poses).at(poses)
+    relaxed, steps, settled = relax(begin)
+    point, size, more, found = solve(relaxed)
+    if not found or largest_change(relaxed, _difference(relaxed, point)) > scene.chain.spacing:
+        if not settled:
+            raise _lost(begin, relaxed, guess, steps)
+        # a mode that hardly decays leaves Newton's method without an answer
+        point, more, found = relaxed, 0, True
+    return SteadyState(
+        point.positions,
+        point.frames,
+        point.motion,
+        point.chain.origin,
+        point.largest,
+        size,
+        steps + more,
+        found,
+    )
+
+
+def _difference(before: Point, after: Point) -> np.ndarray:
+    """Displacements (n,) from one point to another, without rotations."""
+    poses = np.zeros((len(before.positions), 6))
+    poses[:, :3] = after.positions - before.positions
+    return before.chain.coordinates(poses)
+
+
+def _lost(begin: Point, end: Point, guess: Any, steps: int) -> SceneError:
+    """The error of a search that has found no state."""
+    scene = begin.chain.scene
+    left = (
+        f"velocities of the spheres relative to each other are {begin.largest:.3g} at the start and"
+        f" {end.largest:.3g} after {steps} steps"
+    )
+    forbids = _not_covariant(begin.chain.model.further_effects)
+    if forbids is not None:
+        allowed = f"allows no state of steady motion that is found from here: {left}"
+        return SceneError(forbids.key, forbids.detail(scene), allowed)
+    remedy = (
+        "the chain may oscillate or touch itself: simulate it, and give the end of the run as guess"
+    )
+    return SceneError("guess", start_name(guess), f"leads to no state: {left}; {remedy}")
+
+
+def _not_covariant(effects: tuple[Effect, ...]) -> Effect | None:
+    """The first effect that does not move and rotate with the chain."""
+    return next((effect for effect in effects if not effect.covariant), None)
+
+
+def _with_spectrum(about: Spectrum) -> State:
+    """The state of a spectrum."""
+    found, motion = about.state, about.state.motion
+    return State(
+        scene=about.scene,
+        positions=found.positions,
+        frames=found.frames,
+        velocity=motion.velocity,
+        rotation=motion.rotation,
+        turn=motion.turn,
+        origin=found.origin,
+        residual=found.residual,
+        error=found.error,
+        steps=found.steps,
+        spectrum=about,
+    )

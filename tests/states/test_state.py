@@ -1,0 +1,153 @@
+"""States from a guess or a nudge, against runs that settle, move and return."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.poses import rigid_motion
+
+import nrchain
+from nrchain.errors import SceneError
+from nrchain.states.motions import moved
+
+UNITS = {"chain.radius": 1.3, "chain.viscosity": 0.7, "chain.spacing": 9.0}
+TIGHT = {"run.rtol": 1e-9, "run.atol": 1e-9}
+MIX = {
+    "slip.2s": 60.0,
+    "slip.3t": 1000.0,
+    "elasticity.ratio": 1e8,
+    "elasticity.measure": "isotropic",
+}
+
+
+def pushers(**changes):
+    """A clamped chain of eight that buckles."""
+    keys = {"chain.particles": 8, "slip.2s": 300.0, "elasticity.ratio": 1e8}
+    return nrchain.load_scene("buckling", **UNITS | keys | changes)
+
+
+def settled(scene, state, end):
+    """The state as a run leaves it that starts a little off, and the shift of its spheres."""
+    rng = np.random.default_rng(2)
+    shift = np.zeros((scene.chain.particles, 6))
+    shift[1:-1] = 1e-2 * rng.standard_normal((scene.chain.particles - 2, 6))
+    changed = nrchain.load_scene(scene, **TIGHT | {"run.end": end, "run.snapshots": 41})
+    positions, frames = moved(*state.poses, shift)
+    return nrchain.simulate(changed, positions=positions, frames=frames)
+
+
+def test_a_nudge_leads_to_the_state_that_a_run_settles_in():
+    scene = pushers()
+    straight, bent = nrchain.find_state(scene), nrchain.find_state(scene, nudge=0.1)
+    assert not straight.is_stable
+    assert bent.is_stable
+    assert bent.residual < 1e-10
+    run = settled(scene, bent, 400.0)
+    off = np.linalg.norm(run.positions[-1] - bent.positions, axis=1).max()
+    # the run may have turned about the axis of the clamps
+    radii = np.linalg.norm(run.positions[-1][:, 1:], axis=1)
+    assert radii == pytest.approx(np.linalg.norm(bent.positions[:, 1:], axis=1), abs=1e-6)
+    assert off < 0.2
+
+
+def test_a_run_returns_at_the_leading_rate():
+    """The distance from the state decays as exp(Λ₁ t), within 1 %."""
+    scene = pushers()
+    bent = nrchain.find_state(scene, nudge=0.1)
+    mode = bent.spectrum.leading
+    run = settled(scene, bent, 6.0 / -mode.growth)
+    away = moved_away(run, bent)
+    amplitudes = np.abs(np.einsum("npq,tpq->tn", mode.left.conj()[:1].real, away)[:, 0])
+    late = slice(15, 35)
+    slope = np.polyfit(run.time[late], np.log(amplitudes[late]), 1)[0]
+    assert slope == pytest.approx(mode.growth, rel=0.01)
+
+
+def moved_away(run, state):
+    """(u, φ) (T, N, 6) by which the poses of a run are displaced and rotated from a state."""
+    turns = np.einsum("tnji,njk->tnik", run.frames, state.frames)
+    axial = 0.5 * np.stack(
+        [
+            turns[..., 1, 2] - turns[..., 2, 1],
+            turns[..., 2, 0] - turns[..., 0, 2],
+            turns[..., 0, 1] - turns[..., 1, 0],
+        ],
+        axis=-1,
+    )
+    return np.concatenate([run.positions - state.positions, axial], axis=-1)
+
+
+def test_opposite_nudges_lead_to_mirror_images():
+    scene = pushers(**{"elasticity.measure": "isotropic"})
+    one, other = (nrchain.find_state(scene, nudge=sign * 0.1) for sign in (1.0, -1.0))
+    assert one.positions[:, 1:] == pytest.approx(-other.positions[:, 1:], abs=1e-6)
+    assert np.abs(one.positions[:, 1:]).max() > 0.5 * scene.chain.radius
+
+
+def test_a_mix_of_2s_and_3t_goes_round_its_axis():
+    """Radius 4.476 a and period 373.15: those of the run that oscillates by itself (N = 20)."""
+    scene = nrchain.load_scene("buckling", **MIX)
+    found = nrchain.find_state(scene, nudge=0.1)
+    assert found.is_stable
+    assert np.linalg.norm(found.positions[:, 1:], axis=1).max() == pytest.approx(4.476, abs=1e-3)
+    rate = found.rotation[0]
+    assert 2.0 * np.pi / abs(rate) == pytest.approx(373.15, abs=0.01)
+    assert found.turn == pytest.approx(-rate, rel=1e-9)
+    changed = nrchain.load_scene(scene, **TIGHT | {"run.end": 100.0, "run.snapshots": 2})
+    run = nrchain.simulate(changed, positions=found.positions, frames=found.frames)
+    angle = 100.0 * rate
+    across = found.positions[:, 1] + 1j * found.positions[:, 2]
+    expected = across * np.exp(1j * angle)
+    reached = run.positions[-1][:, 1] + 1j * run.positions[-1][:, 2]
+    assert reached == pytest.approx(expected, abs=1e-5)
+
+
+@pytest.mark.parametrize("reach", [1, "all"])
+def test_a_free_chain_swims_and_spins_as_found(reach):
+    """A bent chain of graded strengths moves as a whole with V and Ω, whatever the frame."""
+    strengths = np.linspace(0.5, 1.5, 6)
+    table = {
+        "chain": {"particles": 6, "ends": "free"},
+        "elasticity": {"stretch": 30.0, "shear": 40.0, "twist": 900.0, "bend": 700.0},
+        "slip": {"3t": (40.0 * strengths).tolist(), "4a": (60.0 * strengths).tolist()},
+        "slip.neighbours": reach,
+        "start.shape": "straight",
+        "run": {"end": 5.0, "snapshots": 2},
+    }
+    scene = nrchain.load_scene(table | UNITS | TIGHT)
+    found = nrchain.find_state(scene)
+    assert found.spectrum.neutral.rates.size == 6
+    run = nrchain.simulate(scene, positions=found.positions, frames=found.frames)
+    moved_by = run.positions[-1] - found.positions
+    assert moved_by == pytest.approx(np.broadcast_to(5.0 * found.velocity, (6, 3)), abs=1e-6)
+    *turned, _ = rigid_motion(*found.poses)
+    again = nrchain.find_state(scene, turned)
+    assert np.linalg.norm(again.velocity) == pytest.approx(np.linalg.norm(found.velocity))
+
+
+def test_a_far_guess_is_followed_to_the_state_that_attracts_it():
+    """An arc more than d off, with frames that do not follow it, relaxes to the buckled state."""
+    scene = pushers()
+    bent = nrchain.find_state(scene, nudge=0.1)
+    positions, frames = (array.copy() for array in nrchain.find_state(scene).poses)
+    side = bent.positions[3, 1:] / np.linalg.norm(bent.positions[3, 1:])
+    arc = 1.1 * scene.chain.spacing * np.sin(np.linspace(0.0, np.pi, 8))
+    positions[:, 1:] += arc[:, None] * side
+    found = nrchain.find_state(scene, (positions, frames))
+    assert found.is_stable
+    radii = [np.linalg.norm(one.positions[:, 1:], axis=1) for one in (found, bent)]
+    assert radii[0] == pytest.approx(radii[1], abs=1e-6)
+
+
+def test_a_flow_that_forbids_a_state_is_named():
+    shear = [[0.0, 0.5, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
+    scene = nrchain.load_scene("wave", **{"flow.gradient": shear, "chain.particles": 6})
+    guess = nrchain.simulate(nrchain.load_scene(scene, **{"run.end": 1.0}))
+    with pytest.raises(SceneError, match=r"flow\.gradient.*no state of steady motion"):
+        nrchain.find_state(scene, guess)
+
+
+@pytest.mark.parametrize("nudge", [np.nan, "far", None])
+def test_a_nudge_is_a_number(nudge):
+    with pytest.raises(SceneError, match=r"nudge = .*finite number"):
+        nrchain.find_state(pushers(), nudge=nudge)
