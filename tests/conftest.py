@@ -1,6 +1,13 @@
 """Floating-point errors in NumPy raise in every test, and Ctrl-C ends the tests."""
 
+import os
 import signal
+
+# Tests run side by side, one on each core. Threads that wait for each other in a loop would take
+# the cores of other tests: a second of eigenvalues, or of PyStokes, then takes up to a minute.
+# Libraries read this when they are first imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
 import numpy as np
 import pytest
