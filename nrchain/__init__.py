@@ -56,7 +56,7 @@ if TYPE_CHECKING:
         steady_stress,
         steady_velocity,
     )
-    from nrchain.theory.rod import Material, Rod
+    from nrchain.theory.rod import Material, Rod, rod_of
     from nrchain.theory.rod.coarse_graining import moduli
     from nrchain.trajectory.trajectory import Trajectory
     from nrchain.view import dispersion_plots, effect_plots, plots
@@ -108,6 +108,7 @@ _MODULE_OF = {
     "Material": "nrchain.theory.rod",
     "moduli": "nrchain.theory.rod.coarse_graining",
     "Rod": "nrchain.theory.rod",
+    "rod_of": "nrchain.theory.rod",
     "describe": "nrchain.planning.description",
     "resume": "nrchain.run.simulation",
     "simulate": "nrchain.run.simulation",
@@ -187,6 +188,7 @@ __all__ = [
     "register_effect",
     "resume",
     "rod",
+    "rod_of",
     "rules",
     "scene_names",
     "simulate",

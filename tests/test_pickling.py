@@ -83,6 +83,10 @@ def work_precision():
     return cost.work_precision(short, budget=0.5)
 
 
+def one_neighbour() -> nrchain.Scene:
+    return nrchain.load_scene("wave", **{"slip.neighbours": 1})
+
+
 SPECIMENS = {
     "nrchain.BackendError": lambda: nrchain.BackendError("an unknown release"),
     "nrchain.Branch": lambda: nrchain.Branch.SHEAR_MINUS,
@@ -125,6 +129,11 @@ SPECIMENS = {
     "nrchain.regime.Judgement": lambda: regime.try_judge(nrchain.load_scene("buckling")),
     "nrchain.rod.Class": lambda: rod.classes()["F_pre"],
     "nrchain.rod.Constants": lambda: rod.Constants.named({"F_pre": 1.0}),
+    "nrchain.rod.CosseratRod": lambda: nrchain.rod_of(one_neighbour()),
+    "nrchain.rod.Motion": lambda: nrchain.rod_of(one_neighbour()).simulate(
+        *nrchain.rod_of(one_neighbour()).bent(np.zeros(6)), times=[0.0, 1.0]
+    ),
+    "nrchain.rod.RodError": lambda: rod.RodError("the rod stops"),
     "nrchain.rod.Instability": lambda: rod.rod_instability(
         nrchain.Material.of(nrchain.load_scene("buckling"))
     ),

@@ -206,6 +206,10 @@ class Effect:
         """The effect as machine code; None where compiled code has to call its methods."""
         return None
 
+    def carrying_term(self) -> Term | None:
+        """What of the effect moves the chain as a whole; None for all of it."""
+        return None
+
     energy: Any = None
     """``energy(positions, frames)`` = V if F = −∂V/∂r and T = −∂V/∂φ; otherwise None."""
 

@@ -28,8 +28,8 @@ import numpy as np
 from nrchain.geometry import lie
 from nrchain.motion import chart_jacobian, chart_poses
 from nrchain.motion.block_elimination import FINE, Elimination
-from nrchain.motion.model import Model
 from nrchain.motion.moving_chart import empty_chart
+from nrchain.motion.pose_model import PoseModel
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
@@ -44,7 +44,7 @@ class ChartedChain:
     that part is all of J. ``chart`` holds the base, for compiled code that moves it.
     """
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: PoseModel) -> None:
         self.model = model
         count = model.count
         self.is_banded = model.is_banded

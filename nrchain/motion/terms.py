@@ -24,7 +24,7 @@ from nrchain._addresses import (
 from nrchain._compile import part
 from nrchain.effects.base import Effect
 from nrchain.motion.mobility import divide, divide_blocks
-from nrchain.motion.model import Model
+from nrchain.motion.pose_model import PoseModel
 
 
 class Terms(NamedTuple):
@@ -148,7 +148,7 @@ def add_far(t, poses, out):
 class ModelTerms:
     """The :class:`Terms` of a model, with all that their addresses refer to."""
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: PoseModel) -> None:
         self._callbacks: list[Callback] = []
         self._count = model.count
         wrenches, twists, carrying = self._whole(model) if model.friction else self._each(model)
@@ -175,14 +175,14 @@ class ModelTerms:
         for callback in self._callbacks:
             callback.raise_error()
 
-    def _whole(self, model: Model) -> tuple[list[Term], list[Term], Carrying]:
+    def _whole(self, model: PoseModel) -> tuple[list[Term], list[Term], Carrying]:
         def add_carrying(positions: np.ndarray, frames: np.ndarray, twists: np.ndarray) -> None:
             twists += model.carrying_twists(positions, frames)
 
         whole = self._in_python(model.twists, model.linearise)
         return [], [whole], ([], [self._in_python(add_carrying, model.linearise)])
 
-    def _each(self, model: Model) -> tuple[list[Term], list[Term], Carrying]:
+    def _each(self, model: PoseModel) -> tuple[list[Term], list[Term], Carrying]:
         wrenches, twists = list[Term](), list[Term]()
         carrying: Carrying = [], []
         if model.elasticity:
@@ -196,7 +196,7 @@ class ModelTerms:
             term = effect.term() or self._of_effect(effect, wrench)
             (wrenches if wrench else twists).append(term)
             if effect.carries:
-                carrying[0 if wrench else 1].append(term)
+                carrying[0 if wrench else 1].append(effect.carrying_term() or term)
         return wrenches, twists, carrying
 
     def _of_effect(self, effect: Effect, wrench: bool) -> Term:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nrchain.effects.shared.slip_flow import reach_text
-from nrchain.motion.model import Model
+from nrchain.motion.pose_model import PoseModel
 from nrchain.planning.choice import Choice, Forgone
 from nrchain.planning.counted_work import evaluation_work
 from nrchain.planning.flow_keys import finite_size_sections, flow_sections
@@ -151,7 +151,7 @@ def run_probe(
     return probe
 
 
-def _neglected(models: list[Model], member: int, poses: Poses, full: Scene) -> float:
+def _neglected(models: list[PoseModel], member: int, poses: Poses, full: Scene) -> float:
     return velocity_difference(models[0], models[member], poses, full.chain.radius)
 
 

@@ -21,6 +21,7 @@ from nrchain.motion.contact import PoseLimits
 from nrchain.motion.integrators.base import IntegrationError
 from nrchain.motion.integrators.cvode import Cvode
 from nrchain.motion.model import Model
+from nrchain.motion.pose_model import PoseModel
 from nrchain.outcome import Cause, Stop
 from nrchain.planning.combined_chains import CombinedChains
 from nrchain.planning.counted_work import interpreted_work
@@ -67,7 +68,7 @@ class SharedStepRun:
         self.steps = 0
 
     @property
-    def models(self) -> list[Model]:
+    def models(self) -> list[PoseModel]:
         """The model of every member."""
         return [chain.model for chain in self._chains]
 

@@ -18,6 +18,7 @@ from nrchain.motion.definiteness import CutFriction, is_cut
 from nrchain.motion.integrators import find_integrator, resolve_name
 from nrchain.motion.integrators.base import Integrator
 from nrchain.motion.model import Model
+from nrchain.motion.pose_model import PoseModel
 from nrchain.notices import Report
 from nrchain.planning.checked_start import starting_poses, with_start
 from nrchain.planning.choice import Choice, as_keys, full_scene
@@ -163,7 +164,9 @@ def make_watches(
     return Watches(Guard(PoseLimits.of(scene), positions), growth, friction, neglected)
 
 
-def _neglected_watch(scene: Scene, choice: Choice | None, model: Model) -> NeglectedWatch | None:
+def _neglected_watch(
+    scene: Scene, choice: Choice | None, model: PoseModel
+) -> NeglectedWatch | None:
     """The watch on what a choice leaves out; None where that is nothing, or is not watched."""
     if choice is None or not choice.left_out or math.isfinite(choice.watched_until):
         return None

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from nrchain.effects.base import largest_velocity
-from nrchain.motion.model import Model
+from nrchain.motion.pose_model import PoseModel
 from nrchain.outcome import Cause, Stop
 from nrchain.types import Poses
 
@@ -25,7 +25,7 @@ class NeglectedWatch:
 
     def __init__(
         self,
-        models: tuple[Model, Model],
+        models: tuple[PoseModel, PoseModel],
         allowed: Callable[[float], float],
         *,
         radius: float,
@@ -53,7 +53,7 @@ class NeglectedWatch:
             )
 
 
-def velocity_difference(model: Model, other: Model, poses: Poses, radius: float) -> float:
+def velocity_difference(model: PoseModel, other: PoseModel, poses: Poses, radius: float) -> float:
     """max of |v − v′|/a and |ω − ω′| over the spheres, at the same poses."""
     with np.errstate(all="ignore"):
         return largest_velocity(model.twists(*poses) - other.twists(*poses), radius) / radius

@@ -13,6 +13,7 @@ from nrchain.theory.rod.linear import MISPRINTS, beam_rates, continuum_operator,
 from nrchain.theory.rod.material import Material, Work, cycle_work, strain_cycle
 from nrchain.theory.rod.measured_symmetry import measured_symmetry
 from nrchain.theory.rod.moduli import TABLE, Modulus, moduli
+from nrchain.theory.rod.nonlinear import CosseratRod, Motion, RodError, node_poses, rod_of
 from nrchain.theory.rod.parameters import MODES, Rod
 from nrchain.theory.rod.reach import neighbours_needed, reach_limit, reach_ratio, reach_sum
 from nrchain.theory.rod.slip_symmetry import slip_symmetry, symmetry_of_modes
@@ -28,12 +29,15 @@ __all__ = [
     "TABLE",
     "Class",
     "Constants",
+    "CosseratRod",
     "Instability",
     "Material",
     "Moduli",
     "Modulus",
+    "Motion",
     "Response",
     "Rod",
+    "RodError",
     "Symbol",
     "Symmetry",
     "Waves",
@@ -50,11 +54,13 @@ __all__ = [
     "measured_symmetry",
     "moduli",
     "neighbours_needed",
+    "node_poses",
     "optical",
     "reach_limit",
     "reach_ratio",
     "reach_sum",
     "rod_instability",
+    "rod_of",
     "rod_symbol",
     "rod_waves",
     "slip_symmetry",

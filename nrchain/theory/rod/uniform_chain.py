@@ -27,7 +27,7 @@ class UniformChain:
     """The interactions of a chain, evaluated on helices."""
 
     def __init__(self, scene: Scene) -> None:
-        slips, self._body = uniform_slip(scene), body_wrench(scene)
+        slips, self.body = uniform_slip(scene), body_wrench(scene)
         if scene.friction.kind != "one-body":
             allowed = (
                 "must be 'one-body' for finite strains; nrchain.moduli takes friction between"
@@ -62,13 +62,19 @@ class UniformChain:
         places = d * np.arange(1, self.reach + 1)
         self._refuse_contact(helix, strain)
         on_first, on_last = self._pair_wrenches(helix, places)
-        both = 0.5 * (on_first + on_last)
-        source = self._body + (both + helix.carry(both, places)).sum(axis=0)
+        source = self.body + _mean_on_both(helix, places, on_first, on_last).sum(axis=0)
         # link l is crossed by the pairs (0, m) with m ≥ l; on a helix it is like the first link
         crossing = np.cumsum(0.5 * (on_first - on_last)[::-1], axis=0)[::-1]
         through = helix.carry(crossing, places - d).sum(axis=0)
         stress = helix.integral(through, 0.0, d) / d
         return np.array([stress, self._elastic_stress(helix), source / d])
+
+    def second_moment(self, strain: np.ndarray) -> np.ndarray:
+        """Σ_m (md)² × the source of the m-th neighbours per length (6,) in one state."""
+        helix = Helix(strain)
+        places = self._spacing * np.arange(1, self.reach + 1)
+        sources = _mean_on_both(helix, places, *self._pair_wrenches(helix, places))
+        return places**2 @ sources / self._spacing
 
     def rounding(self, strain: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Bounds (6,) of the rounding errors of the stress and of the sources in one state."""
@@ -129,6 +135,14 @@ class UniformChain:
                 f"brings spheres to a distance of {nearest:g}: it must stay above {self._contact:g}"
             )
             raise SceneError("strains", strain.tolist(), allowed)
+
+
+def _mean_on_both(
+    helix: Helix, places: np.ndarray, on_first: np.ndarray, on_last: np.ndarray
+) -> np.ndarray:
+    """Wrenches (N, 6) on a sphere of its pairs: the mean of both spheres of a pair, on each."""
+    both = 0.5 * (on_first + on_last)
+    return both + helix.carry(both, places)
 
 
 def _largest_wrenches(

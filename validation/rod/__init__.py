@@ -1,0 +1,1 @@
+"""Does the nonlinear rod have the motion of the chain?"""
