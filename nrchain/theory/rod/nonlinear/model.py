@@ -166,7 +166,7 @@ def arrays_of(
 class RodModel:
     """(v, ω) of all nodes and its derivative: see :class:`nrchain.motion.pose_model.PoseModel`."""
 
-    is_banded = True
+    is_banded = is_near = True
     needs_places = False
     ties_frames = True
     friction = elasticity = slip = linearise_slip = None
