@@ -11,13 +11,26 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cache
+from typing import Any
 
 import numpy as np
-from numba import prange
+from numba import carray, prange
 
+from nrchain._addresses import (
+    ROW,
+    Term,
+    blocks_in,
+    compile_term,
+    floats_at,
+    integers_at,
+    matrix_in,
+    table_of,
+    vector_in,
+)
 from nrchain._compile import kernel, part
 from nrchain.hydrodynamics import sharing
 from nrchain.hydrodynamics.images import Layout
+from nrchain.hydrodynamics.pairs import NEAR
 from nrchain.hydrodynamics.rotne_prager import sum_changes, sum_twists
 from nrchain.hydrodynamics.sharing import PARALLEL_PAIRS, compile_sum
 from nrchain.hydrodynamics.tree.choice import friction_tree
@@ -115,6 +128,57 @@ def _lay_out(vectors, wrenches, units, spheres, shifts, weights, rows):
             rows[3 + k, slot] = weights[slot] * wrenches[sphere, k] * units[1]
             rows[6 + k, slot] = weights[slot] * wrenches[sphere, 3 + k] * units[2]
         rows[0, slot] += shifts[slot]
+
+
+# Places of arrays in the table of a term: rows of sources and of their changes; units; spheres,
+# shifts and weights of a layout; ∂W; N, the first slot and the reach; a.
+SOURCES, CHANGES, UNITS, SPHERES, SHIFTS, WEIGHTS, WRENCH_BLOCKS, PLACE, RADIUS = range(9)
+
+
+@part
+def _sources_at(t, positions, wrenches):
+    """Lay out the sources of a term for positions and wrenches at these addresses."""
+    n, sources = vector_in(t, PLACE, integers_at)[0], matrix_in(t, SOURCES, floats_at)
+    _lay_out(
+        carray(floats_at(positions), (n, 3)),
+        carray(floats_at(wrenches), (n, 6)),
+        vector_in(t, UNITS, floats_at),
+        vector_in(t, SPHERES, integers_at),
+        vector_in(t, SHIFTS, floats_at),
+        vector_in(t, WEIGHTS, floats_at),
+        sources,
+    )
+    return sources
+
+
+add: Any = None
+"""The sum over pairs of a term: :func:`compile_term` puts its kernel in this place."""
+
+
+def _apply_at(context, positions, wrenches, out, width):
+    """The term of :meth:`PairFriction.apply`."""
+    t = carray(integers_at(context), (9, ROW))
+    place, radius = vector_in(t, PLACE, integers_at), vector_in(t, RADIUS, floats_at)[0]
+    sources, twists = _sources_at(t, positions, wrenches), carray(floats_at(out), (place[0], 6))
+    add(sources, radius, place[1], place[2], twists)
+    return 0
+
+
+def _add_blocks_at(context, positions, wrenches, out, width):
+    """The term of :meth:`PairFriction.add_jacobian`, with all neighbours within reach."""
+    t = carray(integers_at(context), (9, ROW))
+    place, radius = vector_in(t, PLACE, integers_at), vector_in(t, RADIUS, floats_at)[0]
+    _add_blocks(
+        _sources_at(t, positions, wrenches),
+        matrix_in(t, CHANGES, floats_at),
+        vector_in(t, UNITS, floats_at),
+        radius,
+        place[1],
+        place[2],
+        blocks_in(t, WRENCH_BLOCKS, floats_at),
+        carray(floats_at(out), (place[0], 2 * width + 1, 6, 6)),
+    )
+    return 0
 
 
 class PairFriction:
@@ -243,6 +307,32 @@ class PairFriction:
             wrench_blocks,
             blocks,
         )
+
+    @property
+    def near(self) -> int | None:
+        """Neighbours with exact Jacobian blocks in :meth:`term`; None if they reach farther."""
+        return None if self.tree or self._parallel or self.reach > NEAR else self.reach
+
+    def term(self, wrench_blocks: np.ndarray) -> Term:
+        """The same for near neighbours by address, with ``wrenches`` in the place of frames.
+
+        ``wrench_blocks`` (N, 2w + 1, 6, 6) is ∂W where blocks are added.
+        """
+        layout, sums = self._layout, _twist_kernel(False)
+        entries = compile_term(_apply_at, add=sums), compile_term(_add_blocks_at)
+        arrays = (
+            np.zeros_like(self._sources),
+            np.zeros_like(self._changes),
+            self._units,
+            np.ascontiguousarray(layout.spheres, np.int64),
+            np.ascontiguousarray(layout.shifts, float),
+            np.ascontiguousarray(layout.weights, float),
+            wrench_blocks,
+            np.array([self.count, layout.first, self.reach]),
+            np.array([self.radius]),
+        )
+        context = table_of(arrays)
+        return Term(entries[0].address, entries[1].address, context, (*arrays, *entries))
 
     def matrix(self, positions: np.ndarray) -> np.ndarray:
         """μ (6N, 6N), one column for each unit wrench: for small systems."""

@@ -78,6 +78,14 @@ class Mobility:
         chain, fluid = self._chain, (self._chain.radius, self._chain.viscosity)
         return PairFriction(chain.particles, self._reach, *fluid, self._period, self._accuracy)
 
+    @property
+    def near(self) -> int | None:
+        """Neighbours that friction reaches, where its term holds: few, and no clamped spheres."""
+        if self.pairs is None:
+            return 0
+        native = self._friction.backend == "native"
+        return None if self._held.any() or not native else self.pairs.near
+
     def divide(self, wrenches: np.ndarray) -> None:
         """(F, T) → (F/γ_T, T/γ_R) (N, 6), in place: one-body friction."""
         divide(wrenches, *self._drag)

@@ -44,8 +44,11 @@ class Model:
     is_banded
         Whether those blocks are the whole derivative. If not, use :meth:`add_product`.
     is_near
-        Whether those blocks, and what terms in machine code add to them, are the whole derivative:
-        interactions of near neighbours, and of spheres that touch.
+        Whether terms by address give the whole derivative: interactions of near neighbours, with
+        blocks of ``near_reach`` neighbours, and of spheres that touch.
+    near_reach, wrench_reach
+        Number of neighbours on either side that change twists, and that change wrenches, if
+        ``is_near``.
     needs_places
         Whether an effect depends on absolute positions in the lab.
     ties_frames
@@ -85,9 +88,17 @@ class Model:
         self.ties_frames = not all(effect.carries or effect.torque_free for effect in wrenches)
         self.needs_places = any(effect.placed for effect in further)
         slip_is_near = not self.slip or self.slip.reach <= self.reach
-        self.is_near = slip_is_near and self.friction is None
-        self.is_near &= all(effect.places is not None or effect.whole_term for effect in further)
-        self.is_banded = self.is_near and None not in places
+        given = [effect.places for effect in self._wrench_effects if effect.places is not None]
+        self.wrench_reach = max(REACH if self.elasticity else 0, *given, 0)
+        friction_reach, touching = self._mobility.near, None in places
+        self.is_near = slip_is_near and all(
+            effect.places is not None or (effect.whole_term and self.friction is None)
+            for effect in further
+        )
+        self.is_near &= friction_reach is not None
+        through_friction = self.wrench_reach + (friction_reach or 0)
+        self.near_reach = max(self.reach, through_friction) if self.is_near else self.reach
+        self.is_banded = self.is_near and self.friction is None and not touching
         if not self.is_banded:
             self._elastic_blocks = np.zeros((self.count, 2 * REACH + 1, 6, 6))
 

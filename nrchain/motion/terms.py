@@ -1,7 +1,8 @@
 """(v, ω) = μ·(F, T) + Σ (u, w) by address: the terms of a model, for compiled code.
 
-Elasticity and slip are terms in machine code, and so is every effect that provides one. All others
-are called in Python. With friction between spheres the whole model is one term in Python.
+Elasticity and slip are terms in machine code, and so are every effect that provides one and the
+friction between near neighbours. Other effects are called in Python. With friction that reaches
+farther, or between clamped spheres, the whole model is one term in Python.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from nrchain._addresses import (
     Callback,
     Term,
     array_at,
+    blocks_in,
     call,
     floats_at,
     integers_at,
@@ -47,6 +49,11 @@ class Terms(NamedTuple):
         frames are coupled.
     far
         (K, 2): what adds to a change of (F, T) beyond blocks, and its table.
+    friction
+        (1, 3): what applies the mobility of near neighbours, what adds its blocks, and its table;
+        (0, 3) with one-body friction.
+    wrenched, wrench_blocks_of
+        (N, 6) and (N, 2w + 1, 6, 6): scratch for (F, T) and their derivatives with friction.
     """
 
     wrenches: np.ndarray
@@ -59,11 +66,14 @@ class Terms(NamedTuple):
     held: np.ndarray
     flags: np.ndarray
     far: np.ndarray
+    friction: np.ndarray
+    wrenched: np.ndarray
+    wrench_blocks_of: np.ndarray
 
 
 # Places of these tables among the arrays of a chain, after those of its chart.
 WRENCHES, TWISTS, WRENCH_BLOCKS, TWIST_BLOCKS, CARRYING_WRENCHES, CARRYING_TWISTS = range(13, 19)
-DRAG, HELD, FLAGS, FAR = range(19, 23)
+DRAG, HELD, FLAGS, FAR, FRICTION, WRENCHED, WRENCH_BLOCKS_OF = range(19, 26)
 
 
 @part
@@ -78,10 +88,38 @@ def _call_all(t, which, positions, frames, out, width):
 
 
 @part
+def _set_wrenches(t, wrenches, positions, frames):
+    """Set (F, T) of the terms of a table in the scratch space; returns a status."""
+    matrix_in(t, WRENCHED, floats_at)[:] = 0.0
+    return _call_all(t, wrenches, positions, frames, t[WRENCHED, 0], -1)
+
+
+@part
+def _add_friction_blocks(t, positions, frames, blocks):
+    """blocks += the derivative of μ·(F, T); returns a status."""
+    own = blocks_in(t, WRENCH_BLOCKS_OF, floats_at)
+    own[:] = 0.0
+    status = _call_all(t, WRENCH_BLOCKS, positions, frames, own.ctypes.data, own.shape[1] // 2)
+    if not status:
+        status = _set_wrenches(t, WRENCHES, positions, frames)
+    if status:
+        return status
+    friction, width = matrix_in(t, FRICTION, integers_at), blocks.shape[1] // 2
+    at = friction[0, 1], friction[0, 2]
+    return call(at[0], at[1], positions, t[WRENCHED, 0], blocks.ctypes.data, width)
+
+
+@part
 def _fill(t, wrenches, twists, positions, frames, out):
-    """out (N, 6) = the sum of the terms of two tables, wrenches over drag; returns a status."""
+    """out (N, 6) = the sum of the terms of two tables, wrenches with friction; returns a status."""
     out[:] = 0.0
-    if t[wrenches, 1]:
+    if t[wrenches, 1] and t[FRICTION, 1]:
+        status = _set_wrenches(t, wrenches, positions, frames)
+        if status:
+            return status
+        friction = matrix_in(t, FRICTION, integers_at)
+        call(friction[0, 0], friction[0, 2], positions, t[WRENCHED, 0], out.ctypes.data, -1)
+    elif t[wrenches, 1]:
         status = _call_all(t, wrenches, positions, frames, out.ctypes.data, -1)
         if status:
             return status
@@ -116,7 +154,11 @@ def set_blocks(t, positions, frames, blocks):
     """blocks (N, 2w + 1, 6, 6) = ∂(v, ω)_i/∂(u, φ)_{i+m−w}; returns a status."""
     blocks[:] = 0.0
     width = blocks.shape[1] // 2
-    if t[WRENCH_BLOCKS, 1]:
+    if t[WRENCH_BLOCKS, 1] and t[FRICTION, 1]:
+        status = _add_friction_blocks(t, positions, frames, blocks)
+        if status:
+            return status
+    elif t[WRENCH_BLOCKS, 1]:
         status = _call_all(t, WRENCH_BLOCKS, positions, frames, blocks.ctypes.data, width)
         if status:
             return status
@@ -151,12 +193,15 @@ class ModelTerms:
     def __init__(self, model: PoseModel) -> None:
         self._callbacks: list[Callback] = []
         self._count = model.count
-        wrenches, twists, carrying = self._whole(model) if model.friction else self._each(model)
+        is_whole = bool(model.friction) and not model.is_near
+        wrenches, twists, carrying = self._whole(model) if is_whole else self._each(model)
         blocks: Carrying = wrenches, twists
         if not model.is_near:
             # products with the derivative need all of it to be taken at one place
             blocks = [], [self._in_python(model.twists, model.linearise)]
-        self._kept = *wrenches, *twists, *blocks[1], *carrying[1]
+        own = np.zeros((model.count, 2 * model.wrench_reach + 1, 6, 6))
+        friction = [model.friction.term(own)] if model.friction and model.is_near else []
+        self._kept = *friction, *wrenches, *twists, *blocks[1], *carrying[1]
         self.tables = Terms(
             wrenches=_table((term.add, term) for term in wrenches),
             twists=_table((term.add, term) for term in twists),
@@ -168,6 +213,11 @@ class ModelTerms:
             held=model.held.astype(np.int64),
             flags=np.array([model.held.any(), model.needs_places, model.ties_frames], np.int64),
             far=_table((term.add_far, term) for term in blocks[0] if term.add_far),
+            friction=np.array(
+                [(f.add, f.add_blocks, f.context.ctypes.data) for f in friction], np.int64
+            ).reshape(-1, 3),
+            wrenched=np.zeros((model.count, 6)),
+            wrench_blocks_of=own,
         )
 
     def raise_error(self) -> None:

@@ -58,10 +58,11 @@ def evaluation_work(scene: Scene, fluid: HydrodynamicSet | None = None) -> float
     fluid = fluid or HydrodynamicSet.of_scene(scene)
     count = scene.chain.particles
     farthest = min(max(fluid.slip, fluid.strain), count - 1.0)
-    through_pairs = fluid.friction > 0.0 or farthest > NEAR
+    clamped = scene.chain.ends == "clamped" and fluid.friction > 0.0
+    through_pairs = clamped or max(farthest, fluid.friction) > NEAR
     if through_pairs or scene.run.integrator not in ("auto", "radau"):
         return interpreted_work(scene, fluid)
-    wider = max(farthest - REACH, 0.0)
+    wider = max(farthest - REACH, fluid.friction, 0.0)
     return COMPILED_LOOP + (COMPILED_SPHERE + COMPILED_BLOCK * wider) * count
 
 

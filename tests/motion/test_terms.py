@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from support.configurations import each
+from support.poses import dense
 from support.stepping import Probe, prepare, small, tumbling
 
 from nrchain._addresses import Callback, table_of
@@ -32,23 +33,29 @@ def differs(configuration):
 
 @each(differs)
 def test_terms_are_the_model(configuration):
-    """Twists, those that carry the chain, and blocks."""
+    """Twists, those that carry the chain, and blocks; with friction of near spheres in full."""
     scene = configuration.scene()
     model, terms = Model(scene), ModelTerms(Model(scene))
     positions, frames = configuration.poses()
-    count, width = configuration.count, 2 * model.reach + 1
-    (twists, carrying), blocks = np.ones((2, count, 6)), np.ones((2, count, width, 6, 6))
+    count, friction_is_near = configuration.count, model.is_near and bool(model.friction)
+    twists, carrying = np.ones((2, count, 6))
+    blocks = np.ones((count, 2 * model.near_reach + 1, 6, 6))
     table = table_of((*empty_chart(count), *terms.tables))
-    assert evaluate(table, positions.copy(), frames.copy(), twists, carrying, blocks[0]) == (
-        0,
-        0,
-        0,
-    )
-    model.linearise(positions, frames, blocks[1])
+    assert evaluate(table, positions.copy(), frames.copy(), twists, carrying, blocks) == (0, 0, 0)
+    given = np.ones((count, 2 * model.reach + 1, 6, 6))
+    model.linearise(positions, frames, given)
+    if friction_is_near:
+        blocks = dense(blocks, configuration.ends == "periodic")
+        given = np.zeros((count, 6, count, 6))
+        for sphere, component in np.ndindex(count, 6):
+            move, out = np.zeros((2, count, 6))
+            move[sphere, component] = 1.0
+            model.add_product(move, out)
+            given[:, :, sphere, component] = out
     for found, expected in (
         (twists, model.twists(positions, frames)),
         (carrying, model.carrying_twists(positions, frames)),
-        (blocks[0], blocks[1]),
+        (blocks, given),
     ):
         scale = np.abs(expected).max()
         assert found == pytest.approx(expected, rel=0, abs=1e-12 * scale)

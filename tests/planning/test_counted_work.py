@@ -50,3 +50,10 @@ def test_the_disturbance_of_a_flow_counts_as_slip_of_its_reach():
         assert disturbed["radau"] == works(**{"slip.neighbours": reach})["radau"]
         assert disturbed["radau"] < 0.5 * disturbed["cvode"]
     assert len(set(works(**shear, **{"flow.neighbours": "all"}).values())) == 1
+
+
+def test_friction_of_near_neighbours_counts_as_compiled_without_clamps():
+    near = {"friction": {"kind": "pairwise", "neighbours": 2}}
+    found = works(**near, **{"chain.ends": "free"})
+    assert works(**{"chain.ends": "free"})["radau"] < found["radau"] < 0.5 * found["cvode"]
+    assert len(set(works(**near, **{"chain.ends": "clamped"}).values())) == 1

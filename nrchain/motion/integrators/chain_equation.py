@@ -84,7 +84,7 @@ from nrchain.types import Poses
 
 # Places of arrays in the table, after those of chart and terms: what steps share, the two
 # eliminations, and the search for contacts.
-SHARED, SOLVERS, CLEARANCE = 23, 32, 35
+SHARED, SOLVERS, CLEARANCE = 26, 35, 38
 REAL_SCALE, PAIR_SCALE = SOLVERS + 1, SOLVERS + 2
 (
     NUMBERS_AT,
@@ -97,7 +97,7 @@ REAL_SCALE, PAIR_SCALE = SOLVERS + 1, SOLVERS + 2
     BLOCKS,
     AWAY,
 ) = range(SHARED, SOLVERS)
-ARRAYS = 38
+ARRAYS = 41
 
 
 @inlined
@@ -271,7 +271,7 @@ class ChainEquation:
         scale[chain.order] = atol.reshape(-1, 6)
         self.vectors[SCALE] = scale.ravel()
         self.numbers[[RTOL, END, FIXED, COMPONENTS]] = rtol, end, fixed, chain.dimension
-        blocks = np.zeros((count, 2 * model.reach + 1, 6, 6))
+        blocks = np.zeros((count, 2 * model.near_reach + 1, 6, 6))
         held, closes = self._terms.tables.held, model.period > 0.0
         kinds = float, complex
         self._eliminations = [Elimination(blocks, held, closes, kind) for kind in kinds]
@@ -294,6 +294,11 @@ class ChainEquation:
         entry = _entry()
         self.functions[:], self._call = entry.address, entry.ctypes
         self._address = self.functions[CONTEXT] = self._table.ctypes.data
+
+    @property
+    def has_far_pairs(self) -> bool:
+        """Whether terms may have a derivative beyond their blocks."""
+        return len(self._terms.tables.far) > 0
 
     def watch(self, clearance: Clearance) -> None:
         """Look at steps by this search for contacts from now on."""

@@ -67,7 +67,7 @@ class Radau(Integrator):
         super().__init__(chain, end, rtol, atol)
         self.equation = ChainEquation(chain, end, rtol, atol, fixed_step or 0.0)
         self._solver = None if chain.model.is_near else KrylovSolver(chain, self.equation)
-        if chain.model.is_near and not chain.model.is_banded:
+        if self.equation.has_far_pairs and not self._solver:
             solve_with_far_pairs(self.equation)
         self._places = (6 * chain.order[:, None] + np.arange(6)).ravel()
         equation = self.equation

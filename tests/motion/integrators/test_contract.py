@@ -38,6 +38,9 @@ SCENES = {
     "all pairs": lambda: small("spiral-left", 10, 2.0, **{"slip.neighbours": "all"}),
     "tumbling": lambda: tumbling(end=2.0),
     "folded": lambda: folded(end=1.0),
+    "friction": lambda: small(
+        "spiral-left", 8, 2.0, **{"friction": {"kind": "pairwise", "neighbours": 2}}
+    ),
 }
 
 
