@@ -171,6 +171,7 @@ class RodModel:
     ties_frames = True
     friction = elasticity = slip = linearise_slip = None
     drag = (1.0, 1.0)
+    wrench_reach = 0
 
     def __init__(
         self,
@@ -181,7 +182,8 @@ class RodModel:
         points: np.ndarray,
         lengths: np.ndarray,
     ) -> None:
-        self.count, self.held, self.reach = len(elements.places), held, elements.degree
+        self.count, self.held = len(elements.places), held
+        self.reach = self.near_reach = elements.degree
         self.period = elements.length if elements.closed else 0.0
         self._effect = RodEffect(arrays_of(elements, law, mobility, points, lengths))
         self.further_effects = (self._effect,)
