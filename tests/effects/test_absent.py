@@ -122,7 +122,7 @@ KERNELS = [
 
 @pytest.mark.parametrize(
     ("make_kernel", "outputs", "isotropic"),
-    # a kernel takes some seconds to compile: each of them, and both measures
+    # each kernel, and both measures
     [(*KERNELS[0], False), (*KERNELS[0], True), (*KERNELS[1], True), (*KERNELS[2], False)],
 )
 def test_terms_without_a_modulus_take_their_arithmetic_along(make_kernel, outputs, isotropic):

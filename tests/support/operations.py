@@ -1,10 +1,12 @@
-"""Operations of a compiled function, counted in its typed source, whatever the processor."""
+"""Operations of a kernel, counted in its typed source, whatever the processor."""
 
 from collections import Counter
 from functools import cache
+from types import SimpleNamespace
 
-import numba
 from numba import types
+from numba.core import compiler, compiler_machinery
+from numba.core.registry import cpu_target
 
 OPERATIONS = ("binop", "inplace_binop", "unary")
 
@@ -16,9 +18,7 @@ def count_operations(function, signature):
     Of what is left of its text for arguments of these types, once branches on constants are
     decided: every place counts once, in loops too, and what a call does counts at each place.
     """
-    fresh = numba.njit(function, error_model="numpy")
-    fresh.compile(signature)
-    notes = fresh.overloads[signature].type_annotation
+    notes = typed_source(function, signature)
     total = Counter()
     for expression, typed in notes.calltypes.items():
         kind = getattr(expression, "op", None)
@@ -31,3 +31,39 @@ def count_operations(function, signature):
                 total[inner.__module__.rpartition(".")[2]] += 1
                 total.update(count_operations(inner, typed.args))
     return total
+
+
+def typed_source(function, signature):
+    """The types of all calls and variables of a function, for which no machine code is made."""
+    flags = compiler.Flags()
+    flags.nrt, flags.error_model = True, "numpy"
+    contexts = cpu_target.typing_context, cpu_target.target_context
+    options = {"return_type": None, "flags": flags, "locals": {}, "pipeline_class": _Typing}
+    return compiler.compile_extra(*contexts, function, signature, **options)
+
+
+@compiler_machinery.register_pass(mutates_CFG=False, analysis_only=True)
+class _KeepTypes(compiler_machinery.FunctionPass):
+    """Takes the types as the result of the compilation."""
+
+    _name = "keep_types"
+
+    def __init__(self):
+        super().__init__()
+
+    def run_pass(self, state):
+        state.cr = SimpleNamespace(calltypes=state.calltypes, typemap=state.typemap)
+        return False
+
+
+class _Typing(compiler.CompilerBase):
+    """The passes of Numba up to the rewriting of typed code."""
+
+    def define_pipelines(self):
+        passes = compiler_machinery.PassManager("typing")
+        builder = compiler.DefaultPassBuilder
+        for define in (builder.define_untyped_pipeline, builder.define_typed_pipeline):
+            passes.passes.extend(define(self.state).passes)
+        passes.add_pass(_KeepTypes, "keep the types")
+        passes.finalize()
+        return [passes]
