@@ -28,7 +28,7 @@ FAR_RECIPE = 80.0
 
 
 QUICKEST = 1e-3
-"""Loosest tolerance of the near run: with looser ones, watching the growth of a bend that is hardly
+"""Loosest tolerance of the near run: with looser ones, the check of a start whose bend is hardly
 larger than the tolerance takes longer than all steps."""
 
 
