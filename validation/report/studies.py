@@ -49,6 +49,10 @@ STUDIES: dict[str, Study] = {
         "validation.spectrum.run",
         "Finite chains: rates about their states, buckling, coiling and flutter",
     ),
+    "rod": Study(
+        "validation.rod.run",
+        "The nonlinear rod: chain against rod at large deflections, and where they differ",
+    ),
     "performance": Study(
         "validation.performance.run", "Performance: against common practice, and scaling with N"
     ),

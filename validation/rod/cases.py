@@ -44,10 +44,10 @@ class Case:
 
 CASES = {
     "2s": Case("a pusher buckles", {"2s": 80.0}, 0.012, "clamped", (0.02, 0.006), 3000.0),
-    "3a": Case("3a coils", {"3a": 20.0}, 0.003, angles=(0.4, 0.2)),
-    "3t": Case("a wave of 3t", {"3t": 60.0}, 0.006),
-    "4a": Case("a spiral of 4a", {"4a": 25.0}, 0.008),
-    "mix": Case("a mix of all four", {"2s": 20.0, "3a": 10.0, "3t": 30.0, "4a": 10.0}, 0.006),
+    "3a": Case("3a coils", {"3a": 14.0}, 0.006, angles=(0.4, 0.2)),
+    "3t": Case("a wave of 3t", {"3t": 60.0}, 0.0012, angles=(1.4, 0.8)),
+    "4a": Case("a spiral of 4a", {"4a": 25.0}, 0.0012, angles=(1.4, 0.8)),
+    "mix": Case("a mix of all four", {"2s": 20.0, "3a": 10.0, "3t": 30.0, "4a": 10.0}, 0.0012),
 }
 
 _POWERS = {"2s": (2, -7 / 3, 1, 2), "3a": (3, 13 / 12, 1, 1), "3t": (3, 4 / 5, 3, 3)}
