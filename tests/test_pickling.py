@@ -98,6 +98,7 @@ SPECIMENS = {
     "nrchain.Material": lambda: nrchain.Material.of(nrchain.load_scene("wave")),
     "nrchain.Member": lambda: next(nrchain.simulate_many([scene()])),
     "nrchain.Mode": lambda: threshold().spectrum.leading,
+    "nrchain.ModeWaves": lambda: nrchain.mode_waves(nrchain.dispersion(nrchain.load_scene("wave"))),
     "nrchain.NrchainError": lambda: nrchain.NrchainError("a fault"),
     "nrchain.OneBodyEffect": lambda: [
         e(scene()) for e in effects() if issubclass(e, nrchain.OneBodyEffect)
@@ -110,6 +111,7 @@ SPECIMENS = {
     "nrchain.Slip": lambda: nrchain.Slip((1.0, 2.0), axis=(0.0, 1.0, 0.0)),
     "nrchain.SlipMode": lambda: slip_modes.find("2s"),
     "nrchain.Spectrum": lambda: threshold().spectrum,
+    "nrchain.State": lambda: nrchain.find_state(nrchain.load_scene("wave")),
     "nrchain.Trajectory": trajectory,
     "nrchain.TrajectoryError": lambda: nrchain.TrajectoryError("runs/a: is missing"),
     "nrchain.UnknownNameError": lambda: nrchain.UnknownNameError("'a' is not known"),

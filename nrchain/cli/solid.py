@@ -41,7 +41,7 @@ def solid(
         show(moduli_table(found), whole=True)
         rest = len(SYMBOLS) - len(symmetry.symbols())
         if rest:
-            show(f"the other {rest} of {len(SYMBOLS)} constants vanish by symmetry")
+            show(f"the other {rest} of {len(SYMBOLS)} constants vanish by the symmetry of the slip")
     else:
         show(entries_table(found), whole=True)
     material = Material(found.total, found.drag, found.error)

@@ -56,8 +56,11 @@ def _stability(found: Spectrum) -> str:
         if mode.growth > mode.error
     )
     if growing:
-        last = found.modes[-1]
-        more = " or more" if last.growth > last.error else ""
+        last, more = found.modes[-1], ""
+        if last.growth > last.error and found.is_whole:
+            growing = int(np.sum(found.rates.real > last.error))
+        elif last.growth > last.error:
+            more = " or more"
         return f"unstable: {growing}{more} of {len(found.rates)} modes grow"
     if found.is_stable:
         return f"stable: the slowest mode decays within {digits(-1.0 / found.leading.growth)}"

@@ -48,3 +48,12 @@ def require_scene(given: Any) -> Scene:
         allowed = "must be a Scene; load_scene makes one from a name, a path or a table"
         raise SceneError("scene", given, allowed)
     return given
+
+
+def require_chosen(given: Any) -> Scene:
+    """The scene given, which must name its effects: refused with ``effects = "auto"``."""
+    scene = require_scene(given)
+    if scene.effects == "auto":
+        allowed = "must be chosen first: nrchain.auto.choose(scene)[0] names them"
+        raise SceneError("effects", scene.effects, allowed)
+    return scene

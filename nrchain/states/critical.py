@@ -19,6 +19,7 @@ from nrchain.errors import SceneError
 from nrchain.inputs.rules import is_number
 from nrchain.scene.loading import load_scene, require_scene
 from nrchain.scene.scene import Scene
+from nrchain.states.parameters import parameters
 from nrchain.states.spectrum import Spectrum, spectrum
 from nrchain.wording import brief
 
@@ -69,7 +70,8 @@ def critical_strength(
     Parameters
     ----------
     key
-        A dotted key with one number for a value, such as ``slip.2s``.
+        A dotted key with one number for a value, such as ``slip.2s``, or one number of a list,
+        such as ``slip.2s[3]``.
     between
         Two values of the key. The state is stable at one and unstable at the other.
     at
@@ -87,10 +89,15 @@ def critical_strength(
     require_scene(scene)
     low, high = _bracket(between)
     spectra: dict[float, Spectrum] = {}
+    numbers = {one.key: one.changed for one in parameters(scene)}
+
+    def whole(value: float) -> Scene:
+        return load_scene(scene, **{key: value})
+
+    change = numbers.get(key, whole)
 
     def growth(value: float) -> float:
-        changed = load_scene(scene, **{key: float(value)})
-        spectra[value] = spectrum(changed, at, modes=MODES)
+        spectra[value] = spectrum(change(float(value)), at, modes=MODES)
         return spectra[value].leading.growth
 
     ends = growth(low), growth(high)
@@ -124,5 +131,5 @@ def _bracket(between: Any) -> tuple[float, float]:
     except (TypeError, ValueError):
         low = high = math.nan
     if not (is_number(low) and is_number(high) and low < high):
-        raise SceneError("between", between, "must be two different numbers")
+        raise SceneError("between", between, "must be two different finite numbers")
     return float(np.float64(low)), float(np.float64(high))

@@ -109,7 +109,11 @@ def _corrected(point: Point) -> Point:
     """The point after one more correction of the state, where there is one."""
     if not point.largest:
         return point
-    return point.moved(-Bordered(point, by_products=True).solve(point.residual))
+    try:
+        return point.moved(-Bordered(point, by_products=True).solve(point.residual))
+    except FloatingPointError:
+        # a free rotation that is none of the motions as a whole
+        return point
 
 
 def _groups(rates: np.ndarray, number: int, noise: float) -> list[np.ndarray]:

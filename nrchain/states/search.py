@@ -23,15 +23,16 @@ from nrchain.theory.straight_state import straight_state
 from nrchain.types import Poses
 
 
-def state_near(scene: Scene, at: Any = None) -> SteadyState:
+def state_near(scene: Scene, at: Any = None, key: str = "at") -> SteadyState:
     """The state near given poses, or the straight one.
 
     ``at`` is ``(positions, frames)``, or anything with both, of which the last snapshot is taken.
+    Errors call it ``key``.
 
     Raises :class:`~nrchain.errors.SceneError` if there is none within d of the poses.
     """
     straight = at is None
-    poses = straight_poses(scene) if straight else given_poses(scene, at)
+    poses = straight_poses(scene) if straight else given_poses(scene, at, key)
     chain = RelativeChain(scene, poses)
     begin = chain.at(poses)
     if straight:
@@ -67,7 +68,7 @@ def _no_state(begin: Point, name: str, found: str) -> SceneError:
     return SceneError("at", name, f"is no state: {left}, and {found}; {remedy}")
 
 
-def given_poses(scene: Scene, at: Any) -> Poses:
+def given_poses(scene: Scene, at: Any, key: str) -> Poses:
     """Checked poses of an argument: a pair of arrays, or the last snapshot of a trajectory."""
     if hasattr(at, "positions") and hasattr(at, "frames"):
         positions, frames = np.asarray(at.positions), np.asarray(at.frames)
@@ -78,10 +79,10 @@ def given_poses(scene: Scene, at: Any) -> Poses:
         except TypeError:
             pair = ()  # type: ignore[assignment]
         if len(pair) != 2:
-            raise SceneError("at", at, "must be (positions, frames) or a trajectory")
+            raise SceneError(key, at, "must be (positions, frames) or a trajectory")
     count = scene.chain.particles
-    positions = unwrapped_chain(scene, finite_array("at", pair[0], (count, 3)), "at")
-    return positions, rotations(pair[1], count, key="at")
+    positions = unwrapped_chain(scene, finite_array(key, pair[0], (count, 3)), key)
+    return positions, rotations(pair[1], count, key=key)
 
 
 def _from_relaxed(scene: Scene) -> SteadyState:

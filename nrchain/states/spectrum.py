@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from nrchain.errors import SceneError
-from nrchain.scene.loading import require_scene
+from nrchain.scene.loading import require_chosen
 from nrchain.scene.scene import Scene
 from nrchain.states import dense, krylov, sensitivity, transient
 from nrchain.states.bordered import Bordered
@@ -110,6 +110,10 @@ class Spectrum:
         places. The poses of a periodic chain stretch with its period.
         """
         chosen = self.leading if mode is None else mode
+        numbers = {one.key: one for one in parameters(self.scene)}
+        for key in keys or ():
+            if key not in numbers:
+                raise SceneError("keys", key, f"must be among {', '.join(numbers)}")
         if not np.isfinite(chosen.condition):
             allowed = f"must be at most {DENSE} for left modes with interactions of all pairs"
             raise SceneError("chain.particles", self.scene.chain.particles, allowed)
@@ -117,7 +121,7 @@ class Spectrum:
         factors = Bordered(point, by_products=True)
         return {
             one.key: sensitivity.derivative(point, factors, chosen, one, self._carried)
-            for one in parameters(self.scene)
+            for one in numbers.values()
             if keys is None or one.key in keys
         }
 
@@ -161,16 +165,19 @@ def spectrum(scene: Scene, at: Any = None, modes: int = MODES) -> Spectrum:
     >>> found.is_stable, found.leading.multiplicity
     (True, 2)
     """
-    if require_scene(scene).effects == "auto":
-        allowed = "must be chosen first: nrchain.auto.choose(scene)[0] names them"
-        raise SceneError("effects", scene.effects, allowed)
-    if scene.chain.ends == "clamped" and scene.chain.particles == 2:
-        raise SceneError("chain.particles", 2, "leaves no sphere free to move between clamps")
+    require_states(scene)
     try:
         with np.errstate(all="ignore"):
             return spectrum_about(scene, state_near(scene, at), at is None, modes)
     except (FloatingPointError, np.linalg.LinAlgError) as error:
         raise SceneError("at", start_name(at), f"has no spectrum: {error}") from None
+
+
+def require_states(scene: Scene) -> None:
+    """Refuse a scene whose effects are still to be chosen, or that has no sphere free to move."""
+    require_chosen(scene)
+    if scene.chain.ends == "clamped" and scene.chain.particles == 2:
+        raise SceneError("chain.particles", 2, "leaves no sphere free to move between clamps")
 
 
 def spectrum_about(scene: Scene, state: SteadyState, is_straight: bool, modes: int) -> Spectrum:

@@ -15,14 +15,14 @@ import numpy as np
 from nrchain.effects.base import Effect
 from nrchain.errors import SceneError
 from nrchain.inputs.rules import is_number
-from nrchain.scene.loading import require_scene
 from nrchain.scene.scene import Scene
 from nrchain.states.motions import moved
 from nrchain.states.newton import SteadyState, largest_change, solve
 from nrchain.states.relative import Point, RelativeChain
 from nrchain.states.relaxation import relax
 from nrchain.states.search import given_poses, refuse_out_of_reach, start_name, state_near
-from nrchain.states.spectrum import MODES, Spectrum, spectrum, spectrum_about
+from nrchain.states.spectrum import MODES, Spectrum, require_states, spectrum_about
+from nrchain.theory.line_loads import straight_poses
 from nrchain.types import Poses
 from nrchain.wording import brief
 
@@ -90,9 +90,9 @@ def find_state(scene: Scene, guess: Any = None, *, nudge: float = 0.0, modes: in
         ``(positions, frames)``, a trajectory, whose last snapshot is taken, or another state. By
         default the straight chain.
     nudge
-        Largest displacement, in radii, by which the chain leaves the state next to the guess along
-        its fastest mode. The state that attracts it from there is found. A negative nudge goes the
-        other way.
+        Largest displacement, in radii, or rotation, in radians, by which the chain leaves the state
+        of the guess along its fastest mode. The state that attracts it from there is found. A
+        negative nudge goes the other way.
     modes
         Number of leading eigenvalues of its spectrum.
 
@@ -104,9 +104,7 @@ def find_state(scene: Scene, guess: Any = None, *, nudge: float = 0.0, modes: in
     >>> bent.is_stable, bool(abs(bent.positions[:, 1:]).max() > 5.0)
     (True, True)
     """
-    if require_scene(scene).effects == "auto":
-        allowed = "must be chosen first: nrchain.auto.choose(scene)[0] names them"
-        raise SceneError("effects", scene.effects, allowed)
+    require_states(scene)
     if not is_number(nudge):
         raise SceneError("nudge", nudge, "must be a finite number of radii")
     with np.errstate(all="ignore"):
@@ -122,21 +120,25 @@ def _search(scene: Scene, guess: Any, nudge: float) -> SteadyState:
     if nudge:
         return _attracting(scene, _nudged(scene, guess, nudge), guess)
     try:
-        return state_near(scene, guess)
+        return state_near(scene, guess, "guess")
     except SceneError:
-        if guess is None:
-            raise
-    return _attracting(scene, given_poses(scene, guess), guess)
+        poses = straight_poses(scene) if guess is None else given_poses(scene, guess, "guess")
+        try:
+            return _attracting(scene, poses, guess)
+        except SceneError:
+            if guess is not None:
+                raise
+        raise
 
 
 def _nudged(scene: Scene, guess: Any, nudge: float) -> Poses:
-    """The state next to a guess, displaced along its fastest mode."""
-    about = spectrum(scene, guess, modes=1)
-    mode = about.leading.right[0]
+    """The state of a guess, displaced along its fastest mode."""
+    found = _search(scene, guess, 0.0)
+    mode = spectrum_about(scene, found, guess is None, modes=1).leading.right[0]
     part = mode.real if np.abs(mode.real).max() >= np.abs(mode.imag).max() else mode.imag
-    largest = np.linalg.norm(part[:, :3], axis=1).max()
-    scale = largest or scene.chain.radius * np.linalg.norm(part[:, 3:], axis=1).max()
-    return moved(*about.state.poses, nudge * scene.chain.radius / scale * part)
+    radius = scene.chain.radius
+    sizes = np.linalg.norm(part.reshape(-1, 2, 3), axis=2) / [radius, 1.0]
+    return moved(*found.poses, nudge / sizes.max() * part)
 
 
 def _attracting(scene: Scene, poses: Poses, guess: Any) -> SteadyState:
@@ -180,7 +182,8 @@ def _lost(begin: Point, end: Point, guess: Any, steps: int) -> SceneError:
         allowed = f"allows no state of steady motion that is found from here: {left}"
         return SceneError(forbids.key, forbids.detail(scene), allowed)
     remedy = (
-        "the chain may oscillate or touch itself: simulate it, and give the end of the run as guess"
+        "the chain may oscillate, touch itself or drift slowly: simulate it, and give the end of"
+        " the run as guess"
     )
     return SceneError("guess", start_name(guess), f"leads to no state: {left}; {remedy}")
 

@@ -34,7 +34,7 @@ def test_growing_modes_are_counted():
     assert "unstable: 4 of 108 modes grow\n" in result.stdout
     assert "±0.0191554" in result.stdout
     result = call("spectrum", "buckling", "--modes", "2")
-    assert "unstable: 2 or more of 108 modes grow\n" in result.stdout
+    assert "unstable: 4 of 108 modes grow\n" in result.stdout
 
 
 def test_transient_growth_is_shown_where_it_is_computed(monkeypatch):

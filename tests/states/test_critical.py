@@ -79,7 +79,23 @@ def test_a_bracket_without_a_change_of_stability_is_refused():
     scene = nrchain.load_scene("buckling", **{"chain.particles": 6})
     with pytest.raises(SceneError, match=r"between = .*decays at both ends, with Re Λ = -"):
         critical_strength(scene, "slip.2s", (1.0, 2.0))
-    with pytest.raises(SceneError, match="two different numbers"):
+    with pytest.raises(SceneError, match="two different finite numbers"):
         critical_strength(scene, "slip.2s", (1.0, 1.0))
     with pytest.raises(SceneError, match=r"slip.2x.*did you mean"):
         critical_strength(scene, "slip.2x", (1.0, 2.0))
+
+
+def test_one_strength_of_a_list_has_a_threshold():
+    """The last free sphere of a clamped chain pushes until the chain buckles."""
+    strengths = [250.0] * 8
+    scene = nrchain.load_scene("buckling", **{"chain.particles": 8, "slip.2s": strengths})
+    found = nrchain.critical_strength(scene, "slip.2s[3]", (-1000.0, 1000.0))
+    strengths[3] = found.value
+    there = nrchain.spectrum(nrchain.load_scene(scene, **{"slip.2s": strengths}))
+    assert abs(there.leading.growth) < 1e-8
+
+
+def test_sensitivities_name_unknown_keys():
+    found = nrchain.spectrum(nrchain.load_scene("buckling", **{"chain.particles": 6}))
+    with pytest.raises(SceneError, match=r"keys = 'nosuch': must be among .*slip.2s"):
+        found.sensitivities(keys=["nosuch"])

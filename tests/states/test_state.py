@@ -151,3 +151,40 @@ def test_a_flow_that_forbids_a_state_is_named():
 def test_a_nudge_is_a_number(nudge):
     with pytest.raises(SceneError, match=r"nudge = .*finite number"):
         nrchain.find_state(pushers(), nudge=nudge)
+
+
+@pytest.mark.parametrize("nudge", [1e-3, -0.3])
+def test_a_nudge_along_a_twist_is_an_angle(nudge):
+    """The slowest mode of soft twist displaces no sphere; a stable chain comes back."""
+    soft = {"chain.particles": 6, "elasticity.twist": 10.0}
+    found = nrchain.find_state(nrchain.load_scene("stable", **soft), nudge=nudge)
+    assert np.abs(found.spectrum.leading.right[:, :, :3]).max() < 1e-9
+    assert found.is_stable
+    assert np.abs(found.positions[:, 1:]).max() < 1e-6
+
+
+def test_a_free_chain_sediments_across_its_axis():
+    """V = F/γ_T for every sphere, whichever way the force points."""
+    changes = {"chain.particles": 8, "chain.ends": "free", "slip.2s": 50.0}
+    scene = nrchain.load_scene("buckling", **UNITS | changes, **{"field.force": [0.0, 1.0, 0.0]})
+    found = nrchain.find_state(scene)
+    expected = [0.0, 1.0 / scene.drag.translation, 0.0]
+    assert found.velocity == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_chain_that_does_not_stay_straight_is_followed_from_there():
+    """Slip off the axis bends the chain; the state is that of the run that settles."""
+    bent = {"slip.2s": {"strength": 20.0, "axis": [1.0, 1.0, 0.0]}, "chain.particles": 8}
+    scene = nrchain.load_scene("buckling", **bent | {"run.end": 2000.0} | TIGHT)
+    found, run = nrchain.find_state(scene), nrchain.simulate(scene)
+    assert np.linalg.norm(run.positions[-1] - found.positions, axis=1).max() < 1e-4
+
+
+def test_a_chain_without_free_spheres_is_refused():
+    with pytest.raises(SceneError, match=r"chain\.particles = 2: leaves no sphere free to move"):
+        nrchain.find_state(nrchain.load_scene("buckling", **{"chain.particles": 2}))
+
+
+def test_errors_of_a_guess_call_it_so():
+    with pytest.raises(SceneError, match=r"guess = \(7, 3\)"):
+        nrchain.find_state(pushers(), (np.zeros((7, 3)), np.broadcast_to(np.eye(3), (7, 3, 3))))

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 
 from nrchain.errors import SceneError
 from nrchain.inputs.arguments import finite_array
+from nrchain.inputs.rules import is_number
 from nrchain.scene.scene import Scene
 from nrchain.theory.rod.coarse_graining import Stress, moduli
 from nrchain.theory.rod.constants import Constants
@@ -102,19 +103,25 @@ class Material:
         >>> float(passive.energy([0.1, 0, 0, 0, 0, 0]))
         0.01
         """
+        for name, value in symbols.items():
+            if not is_number(value):
+                raise SceneError(name, value, "must be a finite number")
+        for name, value in (("Gamma_T", Gamma_T), ("Gamma_R", Gamma_R)):
+            if not is_number(value) or value < 0.0:
+                raise SceneError(name, value, "must be a finite number of at least 0")
         constants = Constants.named(symbols)
         return cls(constants, np.diag(np.repeat([Gamma_T, Gamma_R], 3)), _rounding(constants))
 
     def stress(self, strains: ArrayLike) -> np.ndarray:
         """(F, M) (..., 6) at strains (ε, τ) (..., 6)."""
-        x = finite_array("strains", strains)
+        x = _of_six("strains", strains)
         return self.constants.prestress + x @ self.constants.C.T
 
     def source(self, strains: ArrayLike, twists: ArrayLike | None = None) -> np.ndarray:
         """(f, m) (..., 6) at strains (..., 6), with the drag at twists (V, Ω) (..., 6)."""
-        x = finite_array("strains", strains)
+        x = _of_six("strains", strains)
         active = self.constants.presource + x @ self.constants.H.T
-        return active if twists is None else active - finite_array("twists", twists) @ self.drag.T
+        return active if twists is None else active - _of_six("twists", twists) @ self.drag.T
 
     @property
     def oddness(self) -> np.ndarray:
@@ -154,14 +161,14 @@ class Material:
             worst = float(np.abs(self.oddness).max())
             allowed = f"is not symmetric (C_ab − C_ba up to {worst:.3g}): the stress has no energy"
             raise SceneError("C", "the matrix (F, M) per (ε, τ)", allowed)
-        x = finite_array("strains", strains)
+        x = _of_six("strains", strains)
         return x @ self.constants.prestress + 0.5 * np.einsum(
             "...a,ab,...b->...", x, self.constants.C, x
         )
 
     def dissipation(self, twists: ArrayLike) -> np.ndarray:
         """(V, Ω)·Γ·(V, Ω) (...): the power per length lost to the fluid at twists (..., 6)."""
-        xi = finite_array("twists", twists)
+        xi = _of_six("twists", twists)
         return np.asarray(np.einsum("...a,ab,...b->...", xi, self.drag, xi))
 
     def work(self, cycle: ArrayLike) -> Work:
@@ -207,6 +214,14 @@ def cycle_work(cycle: ArrayLike, stresses: ArrayLike, errors: ArrayLike | float 
     if len(x) % 2 == 0:
         error += abs(work - _trapezoidal_work(x[::2], F[::2])[0])
     return Work(work, error)
+
+
+def _of_six(key: str, value: ArrayLike) -> np.ndarray:
+    """Finite numbers (..., 6)."""
+    array = finite_array(key, value)
+    if array.shape[-1:] != (6,):
+        raise SceneError(key, array.shape, "must have six numbers along the last axis")
+    return array
 
 
 def _trapezoidal_work(x: np.ndarray, F: np.ndarray) -> tuple[float, np.ndarray]:

@@ -26,6 +26,10 @@ ANGLES = 32
 """Directions across the rod at which a change is sampled: a trigonometric polynomial of 2θ, of
 order 8 at most, is known from them."""
 
+TURNED = 1e-14
+"""Rounding of a moved constant relative to the largest of its kind: an angle is known to rounding,
+and leaves a part of large entries in those that are 0."""
+
 _ABOUT = np.diag([1.0, -1.0, -1.0])
 """The half turn about e₁."""
 
@@ -48,7 +52,10 @@ def measured_symmetry(constants: Constants, error: Constants) -> Symmetry:
 def _best_angle(constants: Constants, kind: Callable[[float], Matrix]) -> float:
     """The direction θ of the half turn or mirror that changes the constants least."""
     angles = math.pi / ANGLES * np.arange(ANGLES)
-    moved = (transform(constants, kind(angle)) - constants for angle in angles)
+    # what is isotropic may be much larger, and its rounding would hide the rest
+    mean = sum((transform(constants, _turn(2.0 * angle)) for angle in angles), Constants.of())
+    across = constants - mean.map(lambda part: part / ANGLES)
+    moved = (transform(across, kind(angle)) - across for angle in angles)
     change = [sum(float(np.sum(part**2)) for part in parts_of(m)) for m in moved]
     orders = 2j * np.arange(ANGLES // 2 + 1)
     waves = np.fft.rfft(change) / ANGLES
@@ -64,10 +71,17 @@ def _best_angle(constants: Constants, kind: Callable[[float], Matrix]) -> float:
     return angle
 
 
+def _turn(angle: float) -> Matrix:
+    """The rotation by an angle about e₁."""
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
 def _unchanged(constants: Constants, error: Constants, operation: Matrix) -> bool:
     """Whether an operation changes no constant by more than the errors of the two together."""
     matrices = (np.abs(act(operation, kinds)) for kinds in (STRAINS, STRESSES, SOURCES))
-    bound = error + move(error, *matrices)
+    rounding = constants.map(lambda part: np.full_like(part, TURNED * np.abs(part).max()))
+    bound = error + move(error, *matrices) + rounding
     change = (transform(constants, operation) - constants).map(np.abs)
     pairs = zip(parts_of(change), parts_of(bound), strict=True)
     return all(bool(np.all(part <= limit)) for part, limit in pairs)

@@ -13,17 +13,18 @@ from nrchain.effects.registry import acting
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics.slip import Slip
 from nrchain.scene.fluid_sections import SlipSpec
-from nrchain.scene.loading import require_scene
+from nrchain.scene.loading import require_chosen
 from nrchain.scene.scene import Scene
 
 
 def uniform_slip(scene: Scene) -> dict[str, Slip]:
     """The active modes of a scene, each with one strength.
 
-    Raises :class:`~nrchain.errors.SceneError` for strengths that differ between spheres.
+    Raises :class:`~nrchain.errors.SceneError` for strengths that differ between spheres, and for
+    effects that are still to be chosen.
     """
     found = {}
-    for label, slip in require_scene(scene).slip.modes.items():
+    for label, slip in require_chosen(scene).slip.modes.items():
         strengths = np.unique(np.atleast_1d(slip.strength))
         if len(strengths) > 1:
             allowed = (

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import nrchain
+from nrchain import rod
 from nrchain.errors import SceneError, UnknownNameError
 from nrchain.scene.loading import load_scene
 from nrchain.theory.rod import Material, cycle_work, strain_cycle, uniform_response
@@ -145,3 +147,34 @@ def test_constants_that_depend_on_the_wavelength_need_it():
 def test_a_cycle_and_its_stresses_match():
     with pytest.raises(SceneError, match="stresses"):
         cycle_work(np.zeros((4, 6)), np.zeros((3, 6)))
+
+
+@pytest.mark.parametrize(
+    "numbers",
+    [{"C_par_F_eps": np.nan}, {"C_par_F_eps": "a"}, {"Gamma_T": -1.0}, {"Gamma_R": np.inf}],
+)
+def test_symbols_are_finite_and_drags_are_not_negative(numbers):
+    (name,) = numbers
+    with pytest.raises(SceneError, match=f"{name} = .*finite number"):
+        Material.from_symbols(**numbers)
+
+
+def test_strains_have_six_numbers():
+    with pytest.raises(SceneError, match=r"strains = \(2,\).*six numbers"):
+        Material.from_symbols(C_par_F_eps=1.0).stress([1.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("mode", "axis"), [("2s", [0.0, 1.0, 0.0]), ("4a", [0.0, 1.0, 0.0]), ("3t", [1.0, 1.0, 0.0])]
+)
+def test_moduli_have_the_symmetry_of_the_slip(mode, axis):
+    """Axes off e₁: entries that vanish by symmetry stay 0 within the rounding of an angle."""
+    scene = nrchain.load_scene("passive", **{f"slip.{mode}": {"strength": 500.0, "axis": axis}})
+    assert str(Material.of(scene).symmetry) == str(rod.slip_symmetry(scene))
+
+
+def test_effects_that_are_still_to_be_chosen_have_no_moduli():
+    scene = nrchain.load_scene("buckling", **{"effects": "auto", "tolerance": 0.01})
+    for refuses in (nrchain.moduli, nrchain.dispersion):
+        with pytest.raises(SceneError, match=r"effects = 'auto'.*must be chosen first"):
+            refuses(scene)
