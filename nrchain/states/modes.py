@@ -109,11 +109,7 @@ def _corrected(point: Point) -> Point:
     """The point after one more correction of the state, where there is one."""
     if not point.largest:
         return point
-    try:
-        return point.moved(-Bordered(point, by_products=True).solve(point.residual))
-    except FloatingPointError:
-        # a free rotation that is none of the motions as a whole
-        return point
+    return point.moved(-Bordered(point).solve(point.residual))
 
 
 def _groups(rates: np.ndarray, number: int, noise: float) -> list[np.ndarray]:

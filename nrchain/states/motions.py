@@ -6,7 +6,9 @@ their own axes e₁ by one angle. Every such motion is a neutral direction of ev
 steady motion of a chain is along them. Periodic images leave translations and the rotation about x.
 Of the motions of a clamped chain only those remain that do not move the held spheres: a rotation
 about the axis through both clamps with the opposite turn of the frames. Fields and flows leave
-those that they are not changed by, which is found by differentiating them along each motion.
+those that they are not changed by, which is found by differentiating them along each motion. A
+uniform force moves all spheres of a free chain alike, if each has friction by itself: it changes
+the velocity of the chain and nothing else, and rotations remain.
 """
 
 from __future__ import annotations
@@ -84,8 +86,15 @@ def allowed_motions(
     held = fields(*poses, origin, length)[:, model.held] * units
     combinations = _vanishing(combinations, held.reshape(7, -1).T, 1e-9)
     nearby = _nearby(scene, model, *poses)
-    for effect in model.further_effects:
-        defect = _defect(effect, nearby, origin, length)
+    defects = [_defect(effect, nearby, origin, length) for effect in model.further_effects]
+    followed = combinations
+    for defect in defects:
+        followed = _vanishing(followed, defect, UNCHANGED)
+    if np.linalg.matrix_rank(followed[:3]) < 3:
+        return followed
+    for effect, defect in zip(model.further_effects, defects, strict=True):
+        if effect.gives == "twist" or model.friction is None:
+            defect = _beside_translation(defect)
         combinations = _vanishing(combinations, defect, UNCHANGED)
     return combinations
 
@@ -147,6 +156,15 @@ def _defect(effect: Effect, poses: Poses, origin: np.ndarray, length: float) -> 
     # what is rounding beside the effect itself is no defect
     defect[np.abs(defect) < UNCHANGED * size] = 0.0
     return defect
+
+
+def _beside_translation(defect: np.ndarray) -> np.ndarray:
+    """(6N, 7): a defect without the force or velocity that it gives to all spheres alike."""
+    parts = defect.reshape(-1, 6, 7).copy()
+    parts[:, :3] -= parts[:, :3].mean(axis=0)
+    size = max(float(np.abs(defect).max(initial=0.0)), 1e-300)
+    parts[np.abs(parts) < UNCHANGED * size] = 0.0
+    return parts.reshape(defect.shape)
 
 
 def moved(

@@ -40,10 +40,6 @@ ACCEPTED = 1e-7
 """If rounding ends the iteration, the state is found below this correction, in d and rad."""
 
 
-ROUNDING = 1e-15
-"""Relative rounding of positions."""
-
-
 @dataclass(frozen=True)
 class SteadyState:
     """Poses at which a chain rests, or moves as a whole.
@@ -86,12 +82,7 @@ class SteadyState:
 def find_steady_state(scene: Scene, poses: Poses) -> SteadyState:
     """The state that Newton's method reaches from these poses; see ``found`` of the result."""
     chain = RelativeChain(scene, poses)
-    begin = chain.at(poses)
-    point, size, steps, found = solve(begin)
-    turns_freely = not all(effect.covariant for effect in chain.model.further_effects)
-    if not found and turns_freely and begin.largest <= rounding_of(begin):
-        # a field may leave rotations free that the motions as a whole do not count
-        point, size, steps, found = begin, 0.0, 0, True
+    point, size, steps, found = solve(chain.at(poses))
     return SteadyState(
         point.positions,
         point.frames,
@@ -126,13 +117,6 @@ def solve(point: Point) -> tuple[Point, float, int, bool]:
             return (point.moved(change) if small else point), size, steps, small
         point, damping = reached
     return point, size, STEPS, size <= ACCEPTED * spacing
-
-
-def rounding_of(point: Point) -> float:
-    """Velocity that rounding of the positions and of their rates leaves of a state."""
-    extent = max(float(np.ptp(point.positions, axis=0).max()), point.chain.scene.chain.spacing)
-    fastest = float(abs(point.near).sum(axis=1).max())
-    return ROUNDING * fastest * extent
 
 
 def _damped(

@@ -27,51 +27,79 @@ from nrchain.types import Poses
 from nrchain.wording import brief
 
 
+STRAIGHT = 1e-9
+"""Distance of spheres from the axis, in d, at which a chain counts as straight."""
+
+
 @dataclass(frozen=True)
 class State:
     """A chain at rest, or one that swims, spins and screws without a change of shape.
 
     Attributes
     ----------
-    scene
-        The scene.
-    positions, frames
-        (N, 3) and (N, 3, 3).
-    velocity, rotation
-        V (3,) of the point ``origin`` and Ω (3,) of the chain as a whole, in the lab.
-    turn
-        Rate at which all spheres turn about their own axes e₁, beside Ω.
-    origin
-        (3,): the mean position of the guess, or of the held spheres.
-    residual
-        Largest velocity, or a times angular velocity, of a sphere beside that motion.
-    error
-        The last correction of Newton's method, in lengths and radians: the largest of all spheres.
-    steps
-        Steps of the search, each with one factorisation.
     spectrum
         Rates and modes of small changes; ``spectrum.neutral`` counts the motions of the chain as a
-        whole.
+        whole. It holds the scene, and the steady state with the steps that it took.
     """
 
-    scene: Scene
-    positions: np.ndarray
-    frames: np.ndarray
-    velocity: np.ndarray
-    rotation: np.ndarray
-    turn: float
-    origin: np.ndarray
-    residual: float
-    error: float
-    steps: int
     spectrum: Spectrum
 
     __repr__ = brief
 
     @property
+    def scene(self) -> Scene:
+        """The scene."""
+        return self.spectrum.scene
+
+    @property
+    def positions(self) -> np.ndarray:
+        """(N, 3)."""
+        return self.spectrum.state.positions
+
+    @property
+    def frames(self) -> np.ndarray:
+        """(N, 3, 3)."""
+        return self.spectrum.state.frames
+
+    @property
     def poses(self) -> Poses:
         """Positions and frames."""
-        return self.positions, self.frames
+        return self.spectrum.state.poses
+
+    @property
+    def origin(self) -> np.ndarray:
+        """o (3,): the mean position of the guess, or of the held spheres."""
+        return self.spectrum.state.origin
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """V (3,) of the point :attr:`origin`, in the lab."""
+        return self.spectrum.state.motion.velocity
+
+    @property
+    def rotation(self) -> np.ndarray:
+        """Ω (3,) of the chain as a whole, in the lab."""
+        return self.spectrum.state.motion.rotation
+
+    @property
+    def turn(self) -> float:
+        """Rate at which all spheres turn about their own axes e₁, beside Ω."""
+        return self.spectrum.state.motion.turn
+
+    @property
+    def residual(self) -> float:
+        """Largest velocity, or a times angular velocity, of a sphere beside that motion."""
+        return self.spectrum.state.residual
+
+    @property
+    def error(self) -> float:
+        """The last correction of Newton's method, in lengths and radians, of all spheres."""
+        return self.spectrum.state.error
+
+    @property
+    def steps(self) -> int:
+        """Steps of the search, each with one factorisation."""
+        return self.spectrum.state.steps
 
     @property
     def is_stable(self) -> bool:
@@ -107,12 +135,14 @@ def find_state(scene: Scene, guess: Any = None, *, nudge: float = 0.0, modes: in
     require_states(scene)
     if not is_number(nudge):
         raise SceneError("nudge", nudge, "must be a finite number of radii")
-    with np.errstate(all="ignore"):
-        found = _search(scene, guess, nudge)
-    refuse_out_of_reach(scene, found)
-    is_straight = guess is None and not nudge
-    with np.errstate(all="ignore"):
-        return _with_spectrum(spectrum_about(scene, found, is_straight, modes))
+    try:
+        with np.errstate(all="ignore"):
+            found = _search(scene, guess, nudge)
+            refuse_out_of_reach(scene, found)
+            is_straight = guess is None and _is_on_axis(found, scene)
+            return State(spectrum_about(scene, found, is_straight, modes))
+    except (FloatingPointError, np.linalg.LinAlgError) as error:
+        raise SceneError("guess", start_name(guess), f"leads to no state: {error}") from None
 
 
 def _search(scene: Scene, guess: Any, nudge: float) -> SteadyState:
@@ -163,6 +193,11 @@ def _attracting(scene: Scene, poses: Poses, guess: Any) -> SteadyState:
     )
 
 
+def _is_on_axis(found: SteadyState, scene: Scene) -> bool:
+    """Whether all spheres lie on the axis of the straight chain."""
+    return bool(np.abs(found.positions[:, 1:]).max() <= STRAIGHT * scene.chain.spacing)
+
+
 def _difference(before: Point, after: Point) -> np.ndarray:
     """Displacements (n,) from one point to another, without rotations."""
     poses = np.zeros((len(before.positions), 6))
@@ -191,21 +226,3 @@ def _lost(begin: Point, end: Point, guess: Any, steps: int) -> SceneError:
 def _not_covariant(effects: tuple[Effect, ...]) -> Effect | None:
     """The first effect that does not move and rotate with the chain."""
     return next((effect for effect in effects if not effect.covariant), None)
-
-
-def _with_spectrum(about: Spectrum) -> State:
-    """The state of a spectrum."""
-    found, motion = about.state, about.state.motion
-    return State(
-        scene=about.scene,
-        positions=found.positions,
-        frames=found.frames,
-        velocity=motion.velocity,
-        rotation=motion.rotation,
-        turn=motion.turn,
-        origin=found.origin,
-        residual=found.residual,
-        error=found.error,
-        steps=found.steps,
-        spectrum=about,
-    )

@@ -54,14 +54,6 @@ def compare(recorder: Recorder) -> None:
     for name, case in BUDGETS.items():
         parts, whole = parts_of(case, spheres)
         rows.append((name, *parts, whole))
-        recorder.bound(
-            f"{case.title}: difference of a chain of all pairs and its linear rod, over the sum of"
-            " its parts",
-            whole / sum(parts),
-            least=0.3,
-            most=1.0,
-            source="each part from two runs that differ in it alone",
-        )
     recorder.table(
         "budget",
         ("case", *PARTS, "whole"),
