@@ -26,7 +26,6 @@ from nrchain.theory.line_loads import straight_poses
 from nrchain.types import Poses
 from nrchain.wording import brief
 
-
 STRAIGHT = 1e-9
 """Distance of spheres from the axis, in d, at which a chain counts as straight."""
 

@@ -43,6 +43,15 @@ def test_main_waves_solve_the_bulk_equation(name, count, cap):
     assert np.quantile(errors, 0.95) < cap
 
 
+@pytest.mark.parametrize("name", ["buckling", "stable"])
+def test_modes_along_a_clamped_chain_are_as_many_as_its_free_spheres(name):
+    """Stretch, twist and two hands each of bending and shear, which coincide without chirality."""
+    found = nrchain.mode_waves(nrchain.dispersion(scene(name)))
+    counts = np.bincount(found.branches, minlength=len(nrchain.Branch))
+    assert counts[nrchain.Branch.STRETCH] == counts[nrchain.Branch.TWIST] == 18
+    assert counts[[nrchain.Branch.BEND_PLUS, nrchain.Branch.BEND_MINUS]].sum() == 36
+
+
 @pytest.mark.parametrize("name", ["buckling", "wave", "spiral-left"])
 def test_modes_of_a_ring_are_waves_of_the_lattice(name):
     """q = 2πk/(Nd), and Λ of the branch at that q, in the lab also where the chain spins."""

@@ -9,6 +9,7 @@ from support.poses import rigid_motion
 import nrchain
 from nrchain.errors import SceneError
 from nrchain.states.motions import moved
+from nrchain.states.state import _nudged
 
 UNITS = {"chain.radius": 1.3, "chain.viscosity": 0.7, "chain.spacing": 9.0}
 TIGHT = {"run.rtol": 1e-9, "run.atol": 1e-9}
@@ -73,6 +74,24 @@ def moved_away(run, state):
         axis=-1,
     )
     return np.concatenate([run.positions - state.positions, axial], axis=-1)
+
+
+@pytest.mark.parametrize("nudge", [1e-5, 1.0])
+def test_the_size_of_a_nudge_does_not_matter(nudge):
+    """Steps are long beside 1/σ: one that goes backward would end in the straight state."""
+    found, usual = (nrchain.find_state(pushers(), nudge=size) for size in (nudge, 0.1))
+    assert found.is_stable
+    assert found.positions == pytest.approx(usual.positions, abs=1e-6)
+
+
+def test_a_nudge_is_a_displacement_in_radii_or_a_rotation():
+    scene = pushers(**{"elasticity.measure": "isotropic"})
+    straight = nrchain.find_state(scene).poses
+    positions, frames = _nudged(scene, None, 0.2)
+    moves = np.linalg.norm(positions - straight[0], axis=1) / scene.chain.radius
+    cosines = 0.5 * (np.einsum("nap,nap->n", frames, straight[1]) - 1.0)
+    turns = 2.0 * np.tan(0.5 * np.arccos(np.clip(cosines, -1.0, 1.0)))
+    assert max(moves.max(), turns.max()) == pytest.approx(0.2, rel=1e-9)
 
 
 def test_opposite_nudges_lead_to_mirror_images():
@@ -181,7 +200,8 @@ def test_a_force_on_clamped_spheres_or_with_friction_between_them_leaves_fewer_m
     )
     found = nrchain.find_state(pairs)
     assert found.spectrum.neutral.names[3:] == ("rotation about y",)
-    clamped = nrchain.find_state(nrchain.load_scene("buckling", **force))
+    isotropic = {"elasticity.measure": "isotropic"}
+    clamped = nrchain.find_state(nrchain.load_scene("buckling", **force | isotropic))
     assert not clamped.spectrum.neutral.names
     assert clamped.positions[2, 1] > 0.0
 
