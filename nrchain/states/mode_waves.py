@@ -37,15 +37,6 @@ END = 1
 WAVES = 12
 """Most waves of one rate: two ends, six coordinates."""
 
-BOTH = 2
-"""The hand of a wave in a plane."""
-
-PURE = 1e-3
-"""A wave has one hand if the other has less than this fraction of its squared norm."""
-
-LEAST_SHARE = 0.01
-"""A mode whose main wave has a smaller share is one of the ends."""
-
 ALIKE = 1e-2
 """Waves whose difference is smaller than this fraction of them count as one."""
 
@@ -106,18 +97,17 @@ def mode_waves(found: Dispersion) -> ModeWaves:
         if (row := _main_wave(scene, rate, field, spin))
     ]
     columns: Any = zip(*rows, strict=True)
-    values, phases, shares, hands = map(np.array, columns)
+    values, phases, shares, along = map(np.array, columns)
     wavenumbers: Any = phases / scene.chain.spacing
-    branches = _branches(found, values, wavenumbers, hands)
-    return ModeWaves(values, wavenumbers, shares, branches)
+    return ModeWaves(values, wavenumbers, shares, _branches(found, values, wavenumbers, along))
 
 
 def _main_wave(
     scene: Scene, rate: complex, field: np.ndarray, spin: float
-) -> tuple[complex, complex, float, int] | None:
-    """(Λ, qd, share, hand) of a mode (N, 6), of the one of Λ, Λ* that has Re q ≥ 0.
+) -> tuple[complex, complex, float, bool] | None:
+    """(Λ, qd, share, whether it goes along the chain) of a mode (N, 6), for Re q ≥ 0.
 
-    The hand is :data:`BOTH` for a wave in a plane, and 0 for one along the chain.
+    Of a pair Λ, Λ* either is given.
     """
     phases, waves = _resolve(field, periodic=scene.chain.ends == "periodic")
     sizes = np.linalg.norm(waves, axis=(1, 2))
@@ -126,24 +116,23 @@ def _main_wave(
         sizes = np.where(np.abs(phases.real) > 0.5 * np.pi / len(field), sizes, 0.0)
     main = int(np.argmax(sizes))
     wave, phase, share = waves[main], phases[main], float(sizes[main] / total)
-    if share < LEAST_SHARE:
+    if not share:
         return None
-    across = (wave[:, [1, 4]] + 1j * sign * wave[:, [2, 5]] for sign in (1, -1))
-    powers = [0.5 * float(np.sum(np.abs(part) ** 2)) for part in across]
-    along = float(np.sum(np.abs(wave[:, [0, 3]]) ** 2))
-    hand = _hand(along, *powers)
-    value = complex(rate + 1j * hand * spin * (abs(hand) != BOTH))
+    hand = _hand(wave)
+    value = complex(rate + 1j * hand * spin)
     if phase.real < 0.0:
-        return value.conjugate(), -phase.conjugate(), share, -hand
-    return value, phase, share, hand
+        value, phase = value.conjugate(), -phase.conjugate()
+    return value, phase, share, hand == 0
 
 
-def _hand(along: float, plus: float, minus: float) -> int:
-    """0 for a wave along the chain, ±1 for a hand, :data:`BOTH` in a plane."""
-    if along > plus + minus:
+def _hand(wave: np.ndarray) -> int:
+    """±1 for the hand of most of a wave (N, 6), 0 if it goes along the chain."""
+    plus, minus = (
+        0.5 * float(np.sum(np.abs(wave[:, [1, 4]] + 1j * sign * wave[:, [2, 5]]) ** 2))
+        for sign in (1, -1)
+    )
+    if float(np.sum(np.abs(wave[:, [0, 3]]) ** 2)) > plus + minus:
         return 0
-    if min(plus, minus) > PURE * max(plus, minus):
-        return BOTH
     return 1 if plus > minus else -1
 
 
@@ -176,15 +165,10 @@ def _phases(field: np.ndarray) -> np.ndarray:
 
 
 def _branches(
-    found: Dispersion, rates: np.ndarray, wavenumbers: np.ndarray, hands: np.ndarray
+    found: Dispersion, rates: np.ndarray, wavenumbers: np.ndarray, along: np.ndarray
 ) -> np.ndarray:
-    """The branch of the lattice of the same hand whose rate at Re q is the nearest."""
+    """The branch of the lattice, along the chain or across, whose rate at Re q is the nearest."""
     columns = [np.interp(wavenumbers.real, found.wavenumbers, one) for one in found.lattice.T]
-    lattice = np.stack(columns, axis=1)
-    distance = np.abs(lattice - rates[:, None])
-    of_hand = np.array([[_is_of_hand(branch, hand) for branch in Branch] for hand in hands])
-    return np.argmin(np.where(of_hand, distance, np.inf), axis=1)
-
-
-def _is_of_hand(branch: Branch, hand: int) -> bool:
-    return branch.hand == hand or (abs(hand) == BOTH and branch.hand != 0)
+    distance = np.abs(np.stack(columns, axis=1) - rates[:, None])
+    is_along = np.array([branch.hand == 0 for branch in Branch])
+    return np.argmin(np.where(is_along == along[:, None], distance, np.inf), axis=1)

@@ -23,16 +23,15 @@ from nrchain.theory.straight_state import straight_state
 from nrchain.types import Poses
 
 
-def state_near(scene: Scene, at: Any = None, key: str = "at") -> SteadyState:
+def state_near(scene: Scene, at: Any = None) -> SteadyState:
     """The state near given poses, or the straight one.
 
     ``at`` is ``(positions, frames)``, or anything with both, of which the last snapshot is taken.
-    Errors call it ``key``.
 
     Raises :class:`~nrchain.errors.SceneError` if there is none within d of the poses.
     """
     straight = at is None
-    poses = straight_poses(scene) if straight else given_poses(scene, at, key)
+    poses = straight_poses(scene) if straight else given_poses(scene, at, "at")
     chain = RelativeChain(scene, poses)
     begin = chain.at(poses)
     if straight:

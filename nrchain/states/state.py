@@ -149,7 +149,7 @@ def _search(scene: Scene, guess: Any, nudge: float) -> SteadyState:
     if nudge:
         return _attracting(scene, _nudged(scene, guess, nudge), guess)
     try:
-        return state_near(scene, guess, "guess")
+        return state_near(scene, guess)
     except SceneError:
         poses = straight_poses(scene) if guess is None else given_poses(scene, guess, "guess")
         try:
