@@ -31,6 +31,19 @@ def test_bending_waves_are_those_of_the_lattice_to_relative_order_two(label):
     assert math.log2(errors[0] / errors[1]) > 1.85
 
 
+@pytest.mark.parametrize("shear", [1e4, 100.0])
+def test_rods_of_3a_that_shear_have_the_bending_waves_of_the_lattice(shear):
+    """Stress and source of the strain gradient enter apart; without one the error would be 1/q²."""
+    soft = {"stretch": shear, "shear": shear, "bend": 0.0, "twist": 100.0}
+    scene = nrchain.load_scene(BASE, **{"elasticity": soft, "slip.3a": 5000.0})
+    material, _ = chain_law(scene)
+    for q in (0.01, 0.005):
+        lattice = nrchain.lattice_rates(scene, [q])[0, :2]
+        found = rod.rod_waves(material, [q]).rates[0]
+        for expected in lattice:
+            assert np.abs(found - expected).min() < 12.0 * q**2 * abs(expected)
+
+
 def test_second_order_is_the_curvature_of_the_uniform_response():
     scene = nrchain.load_scene(
         BASE,
