@@ -120,6 +120,8 @@ SPECIMENS = {
     "nrchain.cost.WorkPrecision": work_precision,
     "nrchain.estimate.Estimate": lambda: estimate.estimate_effects(scene()).estimates[0],
     "nrchain.estimate.Estimates": lambda: estimate.estimate_effects(scene()),
+    "nrchain.measure.Attracted": lambda: measure.Attracted.BUCKLED,
+    "nrchain.measure.Attractor": lambda: measure.attractor(trajectory()),
     "nrchain.measure.Estimate": lambda: measure.Estimate(1.5, 0.25),
     "nrchain.measure.Handedness": lambda: measure.handedness(trajectory()),
     "nrchain.measure.MeasurementError": lambda: measure.MeasurementError("no wave"),

@@ -17,6 +17,8 @@ raises :class:`MeasurementError`.
 """
 
 from nrchain.analysis.handedness import Handedness, handedness
+from nrchain.analysis.measure.attractors.classify import attractor
+from nrchain.analysis.measure.attractors.kinds import Attracted, Attractor
 from nrchain.analysis.measure.line_fit import Estimate
 from nrchain.analysis.measure.motions import spin, straightness, translation, turned_angle
 from nrchain.analysis.measure.rates import Rate, rate
@@ -25,6 +27,8 @@ from nrchain.analysis.measure.waves import Kind, Wave, wave
 from nrchain.analysis.measured_chain import MeasurementError
 
 __all__ = [
+    "Attracted",
+    "Attractor",
     "Estimate",
     "Handedness",
     "Kind",
@@ -32,6 +36,7 @@ __all__ = [
     "Rate",
     "ShapeFit",
     "Wave",
+    "attractor",
     "fit_shape",
     "handedness",
     "rate",

@@ -1,0 +1,1 @@
+"""What a chain ends in: steady states, oscillations, irregular motion, and runs that stop."""

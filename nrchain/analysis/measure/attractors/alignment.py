@@ -1,0 +1,51 @@
+"""max_i |r_i(t) − r′_i|, least over the motions of the chain as a whole that a scene allows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nrchain.states.motions import TURN
+from nrchain.states.relative import RelativeChain
+
+RANK = 1e-9
+"""A motion takes part if it is more than this fraction of the largest."""
+
+
+def distances(chain: RelativeChain, positions: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """(T,) largest distance of a sphere at positions (T, N, 3) from target (N, 3).
+
+    The positions are translated and rotated as the scene of the chain allows, by what fits the
+    target best in the mean square over the spheres.
+    """
+    shifts, turns = _span(chain.allowed[:3]), _span(chain.allowed[3:TURN])
+    here = positions - positions.mean(axis=1, keepdims=True) @ shifts.T @ shifts
+    there = target - target.mean(axis=0) @ shifts.T @ shifts
+    about = chain.origin - chain.origin @ shifts.T @ shifts
+    turned = _turned(here - about, there - about, turns)
+    return np.linalg.norm(turned + about - there, axis=2).max(axis=1, initial=0.0)
+
+
+def _span(rows: np.ndarray) -> np.ndarray:
+    """(k, 3) orthonormal: the directions that the columns of rows (3, m) span."""
+    if not rows.size:
+        return np.empty((0, 3))
+    left, sizes, _ = np.linalg.svd(rows)
+    return left[:, : int((sizes > RANK * max(sizes.max(), 1e-300)).sum())].T
+
+
+def _turned(here: np.ndarray, there: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Positions (T, N, 3) rotated to fit (N, 3): about any axis, about one, or not at all."""
+    if len(axes) == 3:
+        # Kabsch, Acta Cryst. A 32, 922 (1976)
+        left, _, right = np.linalg.svd(np.einsum("tni,nj->tij", here, there))
+        sign = np.ones((len(here), 1, 3))
+        sign[:, 0, 2] = np.linalg.det(left @ right)
+        return here @ (left * sign @ right)
+    if len(axes) != 1:
+        return here
+    axis = axes[0]
+    across = here - (here @ axis)[..., None] * axis
+    cosine = np.einsum("tni,ni->t", across, there)
+    sine = np.einsum("tni,ni->t", np.cross(axis, across), there)
+    angle = np.arctan2(sine, cosine)[:, None, None]
+    return here + (np.cos(angle) - 1.0) * across + np.sin(angle) * np.cross(axis, here)
