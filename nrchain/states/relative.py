@@ -68,9 +68,19 @@ class RelativeChain:
         # the point about which the model was linearised last
         self.linearised: Point | None = None
 
-    def at(self, poses: Poses) -> Point:
-        """G at these poses."""
-        return Point(self, *poses)
+    def at(self, poses: Poses, elementary: np.ndarray | None = None) -> Point:
+        """G at these poses, with the motion that fits best or the given rates (7,)."""
+        return Point(self, *poses, elementary)
+
+    def columns(self, positions: np.ndarray, frames: np.ndarray) -> np.ndarray:
+        """(n, 7): the elementary motions of the chain as a whole, in coordinates."""
+        elementary = fields(positions, frames, self.origin, self.length)
+        return np.stack([self.coordinates(one) for one in elementary], axis=1)
+
+    def motion(self, elementary: np.ndarray) -> Motion:
+        """V, Ω and s of rates (7,) of the elementary motions."""
+        velocity, rotation = elementary[:3] * self.length, elementary[3:TURN]
+        return Motion(velocity, rotation, float(elementary[TURN]))
 
     def coordinates(self, twists: np.ndarray) -> np.ndarray:
         """(n,) of (u, φ) or (v, ω) (N, 6) of the free spheres, rotations times ρ."""
@@ -90,29 +100,48 @@ class Point:
     ----------
     residual
         G (n,), in coordinates.
-    motion
-        g, as :class:`~nrchain.states.motions.Motion`.
-    neutral
-        Q (n, r).
+    elementary, motion
+        g, as rates (7,) of the elementary motions and as :class:`~nrchain.states.motions.Motion`:
+        the one that fits best, unless rates are given.
+    columns
+        (n, 7), the elementary motions.
     """
 
-    def __init__(self, chain: RelativeChain, positions: np.ndarray, frames: np.ndarray) -> None:
+    def __init__(
+        self,
+        chain: RelativeChain,
+        positions: np.ndarray,
+        frames: np.ndarray,
+        elementary: np.ndarray | None = None,
+    ) -> None:
         self.chain, self.positions, self.frames = chain, positions, frames
-        elementary = fields(positions, frames, chain.origin, chain.length)
-        columns = np.stack([chain.coordinates(one) for one in elementary], axis=1)
-        chosen = _independent(columns, chain.allowed, chain.length)
-        self.neutral, sizes, directions = _basis(columns @ chosen, chain.length)
+        self.columns = chain.columns(positions, frames)
         twists = chain.coordinates(chain.model.twists(positions, frames))
         if not np.isfinite(twists).all():
             raise FloatingPointError("velocities leave the range of floats")
-        along = self.neutral.T @ twists
-        self.elementary = chosen @ (directions.T @ (along / sizes))
-        self.residual = twists - self.neutral @ along
-        self.motion = Motion(
-            self.elementary[:3] * chain.length,
-            self.elementary[3:TURN],
-            float(self.elementary[TURN]),
-        )
+        if elementary is None:
+            combinations = self._combinations
+            along = self.neutral.T @ twists
+            self.elementary = combinations @ along
+            self.residual = twists - self.neutral @ along
+        else:
+            self.elementary = elementary
+            self.residual = twists - self.columns @ elementary
+        self.motion = chain.motion(self.elementary)
+
+    @property
+    def neutral(self) -> np.ndarray:
+        """Q (n, r)."""
+        return self._neutral[0]
+
+    @property
+    def _combinations(self) -> np.ndarray:
+        """(7, r): Q = columns · combinations."""
+        return self._neutral[1]
+
+    @cached_property
+    def _neutral(self) -> tuple[np.ndarray, np.ndarray]:
+        return orthonormal_motions(self.columns, self.chain.allowed, self.chain.length)
 
     @property
     def poses(self) -> Poses:
@@ -200,6 +229,18 @@ class Point:
         parts = (self.residual / chain.units).reshape(-1, 2, 3)
         sizes = np.linalg.norm(parts, axis=2) * [1.0, chain.scene.chain.radius]
         return float(sizes.max(initial=0.0))
+
+
+def orthonormal_motions(
+    columns: np.ndarray, allowed: np.ndarray, length: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Q (m, r) and the combinations (7, r) of allowed motions with Q = columns · combinations.
+
+    ``columns`` (m, 7) are those of one pose, or of several below each other.
+    """
+    chosen = _independent(columns, allowed, length)
+    basis, sizes, directions = _basis(columns @ chosen, length)
+    return basis, chosen @ (directions.T / sizes)
 
 
 def _independent(columns: np.ndarray, allowed: np.ndarray, length: float) -> np.ndarray:

@@ -1,0 +1,170 @@
+"""g: r ↦ o + d + R (r − o), e ↦ R e with a turn about e₁: motions of a chain as a whole.
+
+A motion g = exp(ξ) belongs to rates ξ of the elementary motions, per unit of time. The one that
+carries one pose to another best is found from many angles, then by the Gauss–Newton method.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from nrchain.effects.base import cross_matrix
+from nrchain.states.cycles.charts import chart
+from nrchain.states.motions import TURN
+from nrchain.states.relative import RelativeChain, orthonormal_motions
+from nrchain.types import Poses
+
+ANGLES = 16
+"""Angles about the axis of a rotation, and about e₁, from which a fit begins."""
+
+ITERATIONS, CLOSE = 30, 1e-12
+"""Most iterations of a fit, and the step in lengths that ends it."""
+
+
+class Carry(NamedTuple):
+    """R (3, 3), d (3,) and the angle of the turn about e₁."""
+
+    rotation: np.ndarray
+    shift: np.ndarray
+    turn: float
+
+    def applied(self, poses: Poses, origin: np.ndarray) -> Poses:
+        """The poses moved by it."""
+        positions = (poses[0] - origin) @ self.rotation.T + origin + self.shift
+        frames = poses[1] @ self.rotation.T
+        cosine, sine = math.cos(self.turn), math.sin(self.turn)
+        turned = frames.copy()
+        turned[..., 1, :] = cosine * frames[..., 1, :] + sine * frames[..., 2, :]
+        turned[..., 2, :] = cosine * frames[..., 2, :] - sine * frames[..., 1, :]
+        return positions, turned
+
+    def then(self, other: Carry) -> Carry:
+        """This motion, and another one after it."""
+        rotation = other.rotation @ self.rotation
+        shift = other.rotation @ self.shift + other.shift
+        return Carry(rotation, shift, self.turn + other.turn)
+
+
+STAY = Carry(np.eye(3), np.zeros(3), 0.0)
+
+
+def carry(chain: RelativeChain, elementary: np.ndarray, time: float = 1.0) -> Carry:
+    """exp(t ξ) of rates (7,) of the elementary motions."""
+    from scipy.linalg import expm
+
+    velocity, rotation, turn = chain.motion(np.asarray(elementary, float) * time)
+    whole = np.zeros((4, 4))
+    whole[:3, :3], whole[:3, 3] = cross_matrix(rotation[None])[0], velocity
+    moved = expm(whole)
+    return Carry(moved[:3, :3], moved[:3, 3], turn)
+
+
+def rates(chain: RelativeChain, motion: Carry) -> np.ndarray:
+    """ξ (7,), an allowed motion, with exp(ξ) = g and the smallest angle of rotation."""
+    from scipy.spatial.transform import Rotation
+
+    vector = Rotation.from_matrix(motion.rotation).as_rotvec()
+    angle = float(np.linalg.norm(vector))
+    cross = cross_matrix(vector[None])[0]
+    # d = (1 + (1 − cos α)/α² Ω^ + (α − sin α)/α³ Ω^²) V
+    first = 0.5 if angle < 1e-4 else (1.0 - math.cos(angle)) / angle**2
+    second = 1.0 / 6.0 if angle < 1e-4 else (angle - math.sin(angle)) / angle**3
+    velocity = np.linalg.solve(np.eye(3) + first * cross + second * cross @ cross, motion.shift)
+    rigid = np.concatenate([velocity / chain.length, vector])
+    # the angle of the turn is known up to whole turns
+    turns = motion.turn + 2.0 * np.pi * (np.arange(-2, 3) - np.round(motion.turn / (2.0 * np.pi)))
+    found = [np.append(rigid, turn) for turn in sorted(turns, key=abs)]
+    allowed = chain.allowed
+    if not allowed.size:
+        return np.zeros(7)
+    fitted = [allowed @ np.linalg.lstsq(allowed, one, rcond=None)[0] for one in found]
+    rest = [round(float(np.linalg.norm(a - b)), 6) for a, b in zip(found, fitted, strict=True)]
+    return fitted[int(np.argmin(rest))]
+
+
+def fit(chain: RelativeChain, poses: Poses, to: Poses) -> tuple[Carry, float]:
+    """The allowed motion that carries poses nearest to others, and the distance that is left.
+
+    The distance is √mean(|u|² + ρ² |φ|²) over the free spheres.
+    """
+    best: tuple[Carry, float] | None = None
+    begins = sorted(_begins(chain, poses, to), key=lambda one: _chord(chain, one, poses, to))
+    for begin in begins[:2]:
+        found = _improved(chain, begin, poses, to)
+        if best is None or found[1] < best[1]:
+            best = found
+    assert best is not None
+    return best
+
+
+def _improved(chain: RelativeChain, motion: Carry, poses: Poses, to: Poses) -> tuple[Carry, float]:
+    """The fit next to a motion."""
+    for _ in range(ITERATIONS):
+        moved = motion.applied(poses, chain.origin)
+        away = chain.coordinates(np.clip(chart(*to, moved), -1e6, 1e6))
+        if not chain.allowed.size:
+            break
+        columns = chain.columns(*moved)
+        basis, combinations = orthonormal_motions(columns, chain.allowed, chain.length)
+        step = basis.T @ away
+        largest = np.abs(combinations @ step)[3:].max(initial=0.0)
+        step *= min(1.0, 0.5 / max(largest, 1e-300))
+        motion = motion.then(carry(chain, combinations @ step))
+        if np.linalg.norm(step) <= CLOSE * chain.length:
+            break
+    moved = motion.applied(poses, chain.origin)
+    away = chain.coordinates(np.clip(chart(*to, moved), -1e6, 1e6))
+    return motion, float(np.linalg.norm(away)) / math.sqrt(max(len(chain.free), 1))
+
+
+def _chord(chain: RelativeChain, motion: Carry, poses: Poses, to: Poses) -> float:
+    """Σ |Δr|² + ρ² Σ |Δe|²/2."""
+    moved = motion.applied(poses, chain.origin)
+    turned = 0.5 * chain.length**2 * np.sum((moved[1] - to[1]) ** 2)
+    return float(np.sum((moved[0] - to[0]) ** 2) + turned)
+
+
+def _begins(chain: RelativeChain, poses: Poses, to: Poses) -> list[Carry]:
+    """Motions from which a fit begins."""
+    allowed = chain.allowed
+    if not allowed.size:
+        return [STAY]
+    angles = 2.0 * np.pi * np.arange(ANGLES) / ANGLES
+    turning = np.linalg.matrix_rank(allowed[3:TURN], tol=1e-9)
+    own = _alone(allowed, slice(TURN, 7))
+    if turning == 3:
+        begins = [_best_rotation(chain, poses, to)]
+    elif turning:
+        generator = _alone(allowed, slice(3, TURN))
+        begins = [carry(chain, generator, float(angle)) for angle in angles]
+    else:
+        begins = [STAY]
+    if own is None or turning == 1 and np.allclose(own, _alone(allowed, slice(3, TURN))):
+        return begins
+    unit = np.zeros(7)
+    unit[TURN] = 1.0
+    return [one.then(carry(chain, unit, float(angle))) for one in begins for angle in angles]
+
+
+def _alone(allowed: np.ndarray, places: slice) -> np.ndarray | None:
+    """The allowed motion of smallest translation with a unit part in some places, if any."""
+    part = allowed[places]
+    _, sizes, directions = np.linalg.svd(part)
+    if not sizes.size or sizes[0] < 1e-9:
+        return None
+    return allowed @ directions[0] / sizes[0]
+
+
+def _best_rotation(chain: RelativeChain, poses: Poses, to: Poses) -> Carry:
+    """The rigid motion that fits positions and frames best, with e₁ alone if frames turn freely."""
+    centre, other = poses[0].mean(axis=0), to[0].mean(axis=0)
+    covariance = (to[0] - other).T @ (poses[0] - centre)
+    axes = slice(0, 1 if np.abs(chain.allowed[TURN]).max() > 0.0 else 3)
+    covariance += chain.length**2 * np.einsum("nai,nak->ik", to[1][:, axes], poses[1][:, axes])
+    u, _, v = np.linalg.svd(covariance)
+    rotation = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ v))]) @ v
+    shift = other - chain.origin - rotation @ (centre - chain.origin)
+    return Carry(rotation, shift, 0.0)

@@ -1,0 +1,216 @@
+"""δ_(k+1) = A_k δ_k + c_k γ + r_k: all intervals of an orbit, condensed to its first pose.
+
+The stages of an interval follow from its first pose and from the numbers γ: the period, the drift
+of the axes, and further ones such as a key of the scene. What is left is
+
+    (Φ − 1) δ_0 + Γ γ = −r,   Σ_k F_kᵀ δ_k = 0,   Σ_k Q_kᵀ δ_k = 0,
+
+with Φ = A_(M−1) … A_0, the derivative of the flow over a period: no change of the orbit is along
+itself (F = Ẋ) or a motion of the chain as a whole (Q). Further numbers need further rows.
+
+γ is in lengths: it moves the orbit by about so much. γ_0 is F T dT/T, and the next ones are T times
+a motion of the axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from nrchain.motion.integrators.radau_tableau import RUNGE_KUTTA
+from nrchain.states.cycles.interval import Interval
+from nrchain.states.cycles.orbit import Orbit
+from nrchain.states.motions import moved
+from nrchain.states.relative import RelativeChain, orthonormal_motions
+
+STILL = 1e-7
+"""Axes in which all spheres move less than this fraction of a link's motion hold a state."""
+
+
+class Change(NamedTuple):
+    """A change of an orbit: of all stages (M, 3, n) in the lab, and of the numbers γ."""
+
+    stages: np.ndarray
+    numbers: np.ndarray
+
+    @property
+    def size(self) -> float:
+        """√(mean ‖η‖² + ‖γ‖²)."""
+        return float(np.sqrt((self.stages**2).sum(axis=2).mean() + self.numbers @ self.numbers))
+
+
+class Border(NamedTuple):
+    """A further number, and the row that fixes it.
+
+    Attributes
+    ----------
+    sources
+        (M, 3, n) ∂G/∂p at the stages, per unit of γ.
+    row
+        (M, 3, n) on the stages.
+    own
+        (c,) on all numbers: the period, the motions of the axes, this one.
+    """
+
+    sources: np.ndarray
+    row: np.ndarray
+    own: np.ndarray
+
+
+class System:
+    """The equations of an orbit.
+
+    Attributes
+    ----------
+    defects
+        (M, 3, n) y − h A f.
+    motions
+        (7, r) the motions of the axes per unit of γ/T.
+    speed
+        √(mean ‖F‖²) over the intervals.
+    """
+
+    def __init__(self, chain: RelativeChain, orbit: Orbit) -> None:
+        self.chain, self.orbit = chain, orbit
+        steps = orbit.period * orbit.widths
+        self.intervals = [
+            Interval(
+                chain,
+                orbit.base(k),
+                (orbit.positions[k], orbit.frames[k]),
+                float(steps[k]),
+                orbit.elementary,
+            )
+            for k in range(orbit.count)
+        ]
+        self.defects = np.stack([one.defect for one in self.intervals])
+        last = [one.points[2] for one in self.intervals]
+        columns = np.concatenate([point.columns for point in last])
+        root = np.sqrt(orbit.count)
+        self.motions = root * orthonormal_motions(columns, chain.allowed, chain.length)[1]
+        self.flow = np.stack([point.residual for point in last])
+        self.speed = float(np.sqrt((self.flow**2).sum(axis=1).mean()))
+
+    def moved(self, change: Change, damping: float = 1.0) -> System:
+        """The equations of a changed orbit."""
+        return System(self.chain, self.changed(change, damping))
+
+    def changed(self, change: Change, damping: float = 1.0) -> Orbit:
+        """The orbit moved by a change."""
+        orbit, numbers = self.orbit, damping * change.numbers
+        positions, frames = np.empty_like(orbit.positions), np.empty_like(orbit.frames)
+        for k, row in enumerate(damping * change.stages):
+            for j, stage in enumerate(row):
+                pose = orbit.positions[k, j], orbit.frames[k, j]
+                positions[k, j], frames[k, j] = moved(*pose, self.chain.poses(stage))
+        period = orbit.period + numbers[0] / self.speed
+        drift = self.motions @ numbers[1 : 1 + self.motions.shape[1]] / orbit.period
+        return Orbit(period, orbit.elementary + drift, orbit.widths, positions, frames)
+
+
+class Condensed:
+    """The factors of a system, for several right-hand sides.
+
+    Attributes
+    ----------
+    monodromy
+        Φ (n, n), from the first pose of the orbit to the first of the next period.
+    """
+
+    def __init__(self, system: System, borders: Sequence[Border] = ()) -> None:
+        self.system, self.borders = system, borders
+        count, n = system.orbit.count, system.chain.dimension
+        self.numbers = 1 + system.motions.shape[1] + len(borders)
+        self._factors, self._maps = [], np.empty((count, 3 * n, n + self.numbers))
+        for k, interval in enumerate(system.intervals):
+            factors, begin = interval.factorise()
+            right = np.concatenate([begin, self._columns(k, interval)], axis=1)
+            self._factors.append(factors)
+            self._maps[k] = factors.solve(right)
+        # the first poses of all intervals, as (δ_0, γ) changes them
+        state = np.eye(n, n + self.numbers)
+        self._states = np.empty((count, n, n + self.numbers))
+        for k in range(count):
+            self._states[k] = state
+            state = self._following(k, state)
+        self.monodromy = state[:, :n]
+        self._whole = self._bordered(state)
+
+    def _columns(self, k: int, interval: Interval) -> np.ndarray:
+        """(3n, c): what a unit of each number adds to the right-hand side of an interval."""
+        system, orbit = self.system, self.system.orbit
+        motions = [-(point.columns @ system.motions) / orbit.period for point in interval.points]
+        sources = np.stack(motions)
+        further = [border.sources[k][:, :, None] for border in self.borders]
+        sources = interval.step * interval.turned(np.concatenate([sources, *further], axis=2))
+        period = orbit.widths[k] / system.speed * interval.rates[:, :, None]
+        rates = np.concatenate([period, sources], axis=2)
+        return np.einsum("ji,inc->jnc", RUNGE_KUTTA, rates).reshape(-1, self.numbers)
+
+    def _following(self, k: int, state: np.ndarray) -> np.ndarray:
+        """The first pose of the next interval."""
+        n = self.system.chain.dimension
+        last = self._maps[k, 2 * n :]
+        out = last[:, :n] @ state
+        out[:, n:] += last[:, n:]
+        return out
+
+    def _bordered(self, end: np.ndarray) -> np.ndarray:
+        """The matrix of (δ_0, γ)."""
+        n = self.system.chain.dimension
+        whole = np.zeros((n + self.numbers, n + self.numbers))
+        whole[:n] = end
+        whole[range(n), range(n)] -= 1.0
+        for row, weights in enumerate(self._fixing()):
+            whole[n + row] = np.einsum("kn,knc->c", weights, self._states)
+        first = n + self.numbers - len(self.borders)
+        for row, border in enumerate(self.borders):
+            weights = border.row.reshape(len(border.row), -1)
+            stages = np.zeros(n + self.numbers)
+            for k, weight in enumerate(weights):
+                through = weight @ self._maps[k]
+                stages += through[:n] @ self._states[k]
+                stages[n:] += through[n:]
+            stages[n:] += border.own
+            whole[first + row] = stages
+        return whole
+
+    def _fixing(self) -> list[np.ndarray]:
+        """The rows (M, n) on the first poses of intervals: along the orbit, and as a whole."""
+        system = self.system
+        count = system.orbit.count
+        columns = [one.points[2].columns @ system.motions for one in system.intervals]
+        # the last stage of an interval is the first pose of the next
+        rows = [np.roll(system.flow, 1, axis=0) / system.speed]
+        if columns:
+            rows += list(np.roll(np.stack(columns), 1, axis=0).transpose(2, 0, 1))
+        return [row / count for row in rows]
+
+    def solve(self, defects: np.ndarray, left: Sequence[float] = ()) -> Change:
+        """The change that takes these defects (M, 3, n), and those of the further rows, away."""
+        n, count = self.system.chain.dimension, len(defects)
+        own = np.stack(
+            [-one.solve(row.ravel()) for one, row in zip(self._factors, defects, strict=True)]
+        )
+        rest, states = np.zeros(n), np.empty((count, n))
+        for k in range(count):
+            states[k] = rest
+            rest = self._maps[k, 2 * n :, :n] @ rest + own[k, 2 * n :]
+        right = np.zeros(n + self.numbers)
+        right[:n] = -rest
+        for row, weights in enumerate(self._fixing()):
+            right[n + row] = -np.einsum("kn,kn->", weights, states)
+        first = n + self.numbers - len(self.borders)
+        for row, (border, value) in enumerate(zip(self.borders, left, strict=True)):
+            stages = np.stack([self._maps[k, :, :n] @ states[k] for k in range(count)]) + own
+            right[first + row] = -value - np.sum(border.row.reshape(count, -1) * stages)
+        found = np.linalg.solve(self._whole, right)
+        if not np.isfinite(found).all():
+            raise FloatingPointError("the matrix of an orbit is singular")
+        states = states + self._states @ found
+        stages = np.stack(
+            [self._maps[k] @ np.concatenate([states[k], found[n:]]) for k in range(count)]
+        )
+        return Change((stages + own).reshape(count, 3, n), found[n:])
