@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from nrchain.scene.scene import Scene
     from nrchain.scene.toml import scene_names
     from nrchain.states.critical import CriticalStrength, critical_strength
+    from nrchain.states.cycles.cycle import Cycle, find_cycle
     from nrchain.states.mode_waves import ModeWaves, mode_waves
     from nrchain.states.modes import Mode
     from nrchain.states.spectrum import Spectrum, spectrum
@@ -117,6 +118,8 @@ _MODULE_OF = {
     "Scene": "nrchain.scene.scene",
     "CriticalStrength": "nrchain.states.critical",
     "critical_strength": "nrchain.states.critical",
+    "Cycle": "nrchain.states.cycles.cycle",
+    "find_cycle": "nrchain.states.cycles.cycle",
     "Mode": "nrchain.states.modes",
     "ModeWaves": "nrchain.states.mode_waves",
     "mode_waves": "nrchain.states.mode_waves",
@@ -139,6 +142,7 @@ __all__ = [
     "Cause",
     "Contributions",
     "CriticalStrength",
+    "Cycle",
     "Dispersion",
     "Effect",
     "Material",
@@ -173,6 +177,7 @@ __all__ = [
     "elastic_energy",
     "elastic_wrenches",
     "estimate",
+    "find_cycle",
     "find_state",
     "lattice",
     "lattice_operator",

@@ -78,6 +78,20 @@ def threshold():
 
 
 @cache
+def cycle():
+    changes = {
+        "chain.particles": 12,
+        "slip.2s": 200.0,
+        "slip.3t": 6500.0,
+        "elasticity.ratio": 1e8,
+        "run.end": 1000.0,
+        "run.snapshots": 1001,
+    }
+    run = nrchain.simulate(nrchain.load_scene("buckling", **changes))
+    return nrchain.find_cycle(run.scene, run, tolerance=1e-3)
+
+
+@cache
 def work_precision():
     short = nrchain.load_scene("passive", **{"chain.particles": 4, "run.end": 1.0})
     return cost.work_precision(short, budget=0.5)
@@ -93,6 +107,7 @@ SPECIMENS = {
     "nrchain.Cause": lambda: nrchain.Cause.TOUCH,
     "nrchain.Contributions": lambda: nrchain.contributions(scene(), *poses()),
     "nrchain.CriticalStrength": threshold,
+    "nrchain.Cycle": cycle,
     "nrchain.Effect": lambda: [e(scene()) for e in effects() if e.acts(scene())],
     "nrchain.Dispersion": lambda: nrchain.dispersion(nrchain.load_scene("wave"), [0.01, 0.02]),
     "nrchain.Material": lambda: nrchain.Material.of(nrchain.load_scene("wave")),

@@ -13,6 +13,7 @@ import numpy as np
 
 from nrchain.effects.base import cross_matrix
 from nrchain.states.cycles.charts import chart
+from nrchain.states.cycles.orbit import FIRST, Orbit, orbit_of
 from nrchain.states.motions import TURN
 from nrchain.states.relative import RelativeChain, orthonormal_motions
 from nrchain.types import Poses
@@ -22,6 +23,9 @@ ANGLES = 16
 
 ITERATIONS, CLOSE = 30, 1e-12
 """Most iterations of a fit, and the step in lengths that ends it."""
+
+TURNED = 1e-6
+"""A shape is turned by more than this angle."""
 
 
 class Carry(NamedTuple):
@@ -53,13 +57,21 @@ STAY = Carry(np.eye(3), np.zeros(3), 0.0)
 
 def carry(chain: RelativeChain, elementary: np.ndarray, time: float = 1.0) -> Carry:
     """exp(t ξ) of rates (7,) of the elementary motions."""
-    from scipy.linalg import expm
+    velocity, vector, turn = chain.motion(np.asarray(elementary, float) * time)
+    cross, sine, first, second = _coefficients(vector)
+    rotation = np.eye(3) + sine * cross + first * cross @ cross
+    along = np.eye(3) + first * cross + second * cross @ cross
+    return Carry(rotation, along @ velocity, turn)
 
-    velocity, rotation, turn = chain.motion(np.asarray(elementary, float) * time)
-    whole = np.zeros((4, 4))
-    whole[:3, :3], whole[:3, 3] = cross_matrix(rotation[None])[0], velocity
-    moved = expm(whole)
-    return Carry(moved[:3, :3], moved[:3, 3], turn)
+
+def _coefficients(vector: np.ndarray) -> tuple[np.ndarray, float, float, float]:
+    """Ω^, sin α/α, (1 − cos α)/α² and (α − sin α)/α³ of an angle vector of size α."""
+    angle = float(np.linalg.norm(vector))
+    cross = cross_matrix(vector[None])[0]
+    half = float(np.sinc(0.5 * angle / np.pi))
+    sine, first = float(np.sinc(angle / np.pi)), 0.5 * half**2
+    second = 1.0 / 6.0 - angle**2 / 120.0 if angle < 1e-2 else (1.0 - sine) / angle**2
+    return cross, sine, first, second
 
 
 def rates(chain: RelativeChain, motion: Carry) -> np.ndarray:
@@ -67,11 +79,8 @@ def rates(chain: RelativeChain, motion: Carry) -> np.ndarray:
     from scipy.spatial.transform import Rotation
 
     vector = Rotation.from_matrix(motion.rotation).as_rotvec()
-    angle = float(np.linalg.norm(vector))
-    cross = cross_matrix(vector[None])[0]
     # d = (1 + (1 − cos α)/α² Ω^ + (α − sin α)/α³ Ω^²) V
-    first = 0.5 if angle < 1e-4 else (1.0 - math.cos(angle)) / angle**2
-    second = 1.0 / 6.0 if angle < 1e-4 else (angle - math.sin(angle)) / angle**3
+    cross, _, first, second = _coefficients(vector)
     velocity = np.linalg.solve(np.eye(3) + first * cross + second * cross @ cross, motion.shift)
     rigid = np.concatenate([velocity / chain.length, vector])
     # the angle of the turn is known up to whole turns
@@ -90,14 +99,10 @@ def fit(chain: RelativeChain, poses: Poses, to: Poses) -> tuple[Carry, float]:
 
     The distance is √mean(|u|² + ρ² |φ|²) over the free spheres.
     """
-    best: tuple[Carry, float] | None = None
-    begins = sorted(_begins(chain, poses, to), key=lambda one: _chord(chain, one, poses, to))
-    for begin in begins[:2]:
-        found = _improved(chain, begin, poses, to)
-        if best is None or found[1] < best[1]:
-            best = found
-    assert best is not None
-    return best
+    begins = _begins(chain, poses, to)
+    if len(begins) > 1:
+        begins.sort(key=lambda one: _chord(chain, one, poses, to))
+    return _improved(chain, begins[0], poses, to)
 
 
 def _improved(chain: RelativeChain, motion: Carry, poses: Poses, to: Poses) -> tuple[Carry, float]:
@@ -133,20 +138,15 @@ def _begins(chain: RelativeChain, poses: Poses, to: Poses) -> list[Carry]:
     if not allowed.size:
         return [STAY]
     angles = 2.0 * np.pi * np.arange(ANGLES) / ANGLES
-    turning = np.linalg.matrix_rank(allowed[3:TURN], tol=1e-9)
-    own = _alone(allowed, slice(TURN, 7))
-    if turning == 3:
+    begins, axis = [STAY], _alone(allowed, slice(3, TURN))
+    if np.linalg.matrix_rank(allowed[3:TURN], tol=1e-9) == 3:
         begins = [_best_rotation(chain, poses, to)]
-    elif turning:
-        generator = _alone(allowed, slice(3, TURN))
-        begins = [carry(chain, generator, float(angle)) for angle in angles]
-    else:
-        begins = [STAY]
-    if own is None or turning == 1 and np.allclose(own, _alone(allowed, slice(3, TURN))):
+    elif axis is not None:
+        begins = [carry(chain, axis, float(angle)) for angle in angles]
+    turning = _alone(allowed, slice(TURN, 7))
+    if turning is None or np.abs(turning[3:TURN]).max() > 1e-9:
         return begins
-    unit = np.zeros(7)
-    unit[TURN] = 1.0
-    return [one.then(carry(chain, unit, float(angle))) for one in begins for angle in angles]
+    return [one.then(carry(chain, turning, float(angle))) for one in begins for angle in angles]
 
 
 def _alone(allowed: np.ndarray, places: slice) -> np.ndarray | None:
@@ -168,3 +168,32 @@ def _best_rotation(chain: RelativeChain, poses: Poses, to: Poses) -> Carry:
     rotation = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ v))]) @ v
     shift = other - chain.origin - rotation @ (centre - chain.origin)
     return Carry(rotation, shift, 0.0)
+
+
+def is_half_turned(chain: RelativeChain, orbit: Orbit, within: float) -> bool:
+    """Whether the shape returns after half a turn, to ``within`` radians: planar shapes do."""
+    return abs(_angle(chain, orbit) - np.pi) <= within
+
+
+def is_turned(chain: RelativeChain, orbit: Orbit) -> bool:
+    """Whether the shape is turned as a whole after a period."""
+    return _angle(chain, orbit) > TURNED
+
+
+def _angle(chain: RelativeChain, orbit: Orbit) -> float:
+    """|Ω| T."""
+    return orbit.period * float(np.linalg.norm(chain.motion(orbit.elementary).rotation))
+
+
+def twice(chain: RelativeChain, orbit: Orbit) -> Orbit:
+    """The same orbit over two periods, in axes that turn by the smallest angle."""
+    period = 2.0 * orbit.period
+    drift = rates(chain, carry(chain, orbit.elementary, period)) / period
+    widths = np.full(2 * FIRST, 0.5 / FIRST)
+
+    def along(fraction: float) -> Poses:
+        forth = carry(chain, orbit.elementary, fraction * period)
+        back = carry(chain, drift, -fraction * period)
+        return forth.then(back).applied(orbit.at(2.0 * fraction), chain.origin)
+
+    return orbit_of(along, period, drift, widths)

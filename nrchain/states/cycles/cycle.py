@@ -11,7 +11,8 @@ from nrchain.errors import SceneError
 from nrchain.inputs.rules import is_number
 from nrchain.motion.integrators.radau_tableau import RUNGE_KUTTA
 from nrchain.scene.scene import Scene
-from nrchain.states.cycles.carrying import carry
+from nrchain.states.cycles.carrying import carry, is_half_turned, is_turned, twice
+from nrchain.states.cycles.charts import chart
 from nrchain.states.cycles.mesh import Refined, refined
 from nrchain.states.cycles.multipliers import (
     Trivial,
@@ -19,7 +20,7 @@ from nrchain.states.cycles.multipliers import (
     multipliers,
     trivial_multipliers,
 )
-from nrchain.states.cycles.orbit import Orbit
+from nrchain.states.cycles.orbit import FIRST, Orbit
 from nrchain.states.cycles.recurrence import STILL, orbit_from_run
 from nrchain.states.relative import RelativeChain
 from nrchain.states.spectrum import require_states
@@ -29,6 +30,9 @@ from nrchain.wording import brief
 
 TOLERANCE = 1e-6
 """Error of the period, relative, and of poses, in d and radians, unless another is given."""
+
+NEAR_HALF, LOOSE = 0.1, 1e-3
+"""Difference from half a turn, in radians, of a guess that may be planar, and of its orbit."""
 
 MODES = 10
 """Leading multipliers unless more are asked for."""
@@ -72,12 +76,12 @@ class Cycle:
     velocity: np.ndarray
     rotation: np.ndarray
     turn: float
-    origin: np.ndarray
+    origin: np.ndarray = field(repr=False)
     amplitude: float
     multipliers: np.ndarray
     multiplier_error: float
-    modes: np.ndarray
-    trivial: Trivial
+    modes: np.ndarray = field(repr=False)
+    trivial: Trivial = field(repr=False)
     orbit: Orbit = field(repr=False)
 
     __repr__ = brief
@@ -139,6 +143,14 @@ def find_cycle(
 
     Raises :class:`~nrchain.errors.SceneError` if the guess is not nearly periodic, with how near it
     comes, or has settled, or if no cycle is found from it.
+
+    >>> from nrchain import load_scene, simulate
+    >>> changes = {"chain.particles": 12, "slip.2s": 200.0, "slip.3t": 6500.0}
+    >>> changes |= {"elasticity.ratio": 1e8, "run.end": 1000.0, "run.snapshots": 1001}
+    >>> run = simulate(load_scene("buckling", **changes))
+    >>> cycle = find_cycle(run.scene, run, tolerance=1e-3)
+    >>> round(cycle.period, 1), cycle.is_stable
+    (36.6, True)
     """
     require_states(scene)
     if not is_number(tolerance) or not tolerance > 0.0:
@@ -146,11 +158,14 @@ def find_cycle(
     chain, orbit = _begin(scene, guess)
     try:
         with np.errstate(all="ignore"):
-            found = refined(chain, orbit, tolerance)
+            found = _found(chain, orbit, tolerance)
     except (FloatingPointError, np.linalg.LinAlgError) as error:
         raise SceneError("guess", "the guess", f"leads to no cycle: {error}") from None
     if found is None:
-        allowed = "leads to no cycle: Newton's method does not converge; run it longer"
+        allowed = (
+            "leads to no cycle: Newton's method does not converge; run it longer. If its"
+            " oscillation dies out, find_state finds the state that it settles in"
+        )
         raise SceneError("guess", "the guess", allowed)
     _refuse_state(found)
     return cycle_of(found, modes)
@@ -160,16 +175,32 @@ def _begin(scene: Scene, guess: Any) -> tuple[RelativeChain, Orbit]:
     """The chain and the orbit from which Newton's method begins."""
     count = scene.chain.particles
     if isinstance(guess, Cycle) and guess.scene.chain.particles == count:
-        return RelativeChain(scene, guess.orbit.base(0)), guess.orbit
+        orbit = guess.orbit
+        half = max(FIRST, orbit.count // 2)
+        return RelativeChain(scene, orbit.base(0)), orbit.remeshed(np.full(half, 1.0 / half))
     if isinstance(guess, Trajectory) and guess.scene.chain.particles == count:
         return orbit_from_run(scene, guess)
     raise SceneError("guess", guess, f"must be a trajectory or a cycle of {count} spheres")
 
 
+def _found(chain: RelativeChain, orbit: Orbit, tolerance: float) -> Refined | None:
+    """The cycle near an orbit; over two periods if the shape is turned by half after one."""
+    if is_half_turned(chain, orbit, NEAR_HALF):
+        found = refined(chain, orbit, LOOSE)
+        if found is not None and is_half_turned(chain, found.fine.system.orbit, LOOSE):
+            doubled = refined(chain, twice(chain, found.fine.system.orbit), tolerance)
+            if doubled is not None and not is_turned(chain, doubled.fine.system.orbit):
+                return doubled
+    return refined(chain, orbit, tolerance)
+
+
 def _refuse_state(found: Refined) -> None:
     """Raise if the orbit is a single shape."""
     system = found.fine.system
-    if system.speed * system.orbit.period <= STILL * system.chain.scene.chain.spacing:
+    chain, orbit = system.chain, system.orbit
+    away = chart(orbit.positions, orbit.frames, orbit.base(0))[:, :, chain.free]
+    size = np.linalg.norm(away.reshape(-1, 2, 3), axis=2) * [1.0, chain.length]
+    if size.max() <= STILL * chain.scene.chain.spacing:
         allowed = "leads to a state whose shape does not change: find_state finds it"
         raise SceneError("guess", "the guess", allowed)
 
@@ -186,8 +217,8 @@ def cycle_of(found: Refined, modes: int) -> Cycle:
     mean = np.einsum("kj,kjnp->np", weights, orbit.positions)
     return Cycle(
         scene=chain.scene,
-        period=orbit.period,
-        period_error=found.period,
+        period=float(orbit.period),
+        period_error=float(found.period),
         error=found.poses,
         velocity=motion.velocity,
         rotation=motion.rotation,

@@ -17,7 +17,7 @@ import numpy as np
 
 from nrchain.motion.integrators.radau_tableau import RUNGE_KUTTA
 from nrchain.states.cycles.charts import chart, inverse_tangents, rate_derivatives
-from nrchain.states.relative import Point, RelativeChain
+from nrchain.states.relative import RelativeChain
 from nrchain.types import Poses
 
 REACH = 200

@@ -21,8 +21,8 @@ from nrchain.states.cycles.orbit import Orbit
 from nrchain.states.cycles.system import Condensed
 from nrchain.states.relative import RelativeChain
 
-FIRST, MOST = 16, 1024
-"""Intervals of the first orbit, and most intervals."""
+MOST = 1024
+"""Most intervals."""
 
 ASSURED = 7.0
 
@@ -92,10 +92,7 @@ def adapted(chain: RelativeChain, orbit: Orbit) -> np.ndarray:
     """Widths (M,) that share the error evenly."""
     starts, widths = orbit.starts, orbit.widths
     thirds = np.stack(
-        [
-            chain.coordinates(6.0 * orbit.cubic(k)[2]) / widths[k] ** 3
-            for k in range(orbit.count)
-        ]
+        [chain.coordinates(6.0 * orbit.cubic(k)[2]) / widths[k] ** 3 for k in range(orbit.count)]
     )
     jumps = np.linalg.norm(thirds - np.roll(thirds, 1, axis=0), axis=1)
     middle = 0.5 * (widths + np.roll(widths, 1))

@@ -82,7 +82,10 @@ def _turning(condensed: Condensed) -> np.ndarray:
     if not system.motions.shape[1]:
         return np.zeros(0, complex)
     own = np.linalg.lstsq(system.motions, bracket @ system.motions, rcond=None)[0]
-    return np.exp(orbit.period * np.linalg.eigvals(own))
+    # eigenvalues 0 and ±iΩ; those of a screw are defective and split by rounding
+    rate = float(np.linalg.norm(rotation))
+    signs = np.round(np.linalg.eigvals(own).imag / rate) if rate else np.zeros(len(own))
+    return np.exp(1j * orbit.period * rate * signs)
 
 
 def _paired(expected: np.ndarray, found: np.ndarray) -> np.ndarray:

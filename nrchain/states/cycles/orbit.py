@@ -14,9 +14,12 @@ import numpy as np
 from nrchain.motion.integrators.radau_tableau import NODES, cubics
 from nrchain.states.cycles.charts import chart
 from nrchain.states.motions import moved
-from nrchain.types import Poses
+from nrchain.types import Poses, PosesAt
 
 CUBICS = cubics(NODES)
+
+FIRST = 16
+"""Intervals of a guess."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +80,7 @@ class Orbit:
         return orbit_of(self.at, self.period, self.elementary, widths)
 
 
-def orbit_of(at, period: float, elementary: np.ndarray, widths: np.ndarray) -> Orbit:
+def orbit_of(at: PosesAt, period: float, elementary: np.ndarray, widths: np.ndarray) -> Orbit:
     """The orbit with the poses ``at`` every fraction of the period."""
     starts = np.concatenate([[0.0], np.cumsum(widths)[:-1]])
     fractions = starts[:, None] + widths[:, None] * NODES

@@ -18,8 +18,7 @@ from nrchain.scene.loading import load_scene
 from nrchain.scene.scene import Scene
 from nrchain.states.cycles.carrying import carry, fit, rates
 from nrchain.states.cycles.charts import chart
-from nrchain.states.cycles.mesh import FIRST
-from nrchain.states.cycles.orbit import Orbit, orbit_of
+from nrchain.states.cycles.orbit import FIRST, Orbit, orbit_of
 from nrchain.states.motions import moved
 from nrchain.states.relative import RelativeChain
 from nrchain.trajectory.trajectory import Trajectory

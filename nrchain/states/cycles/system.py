@@ -105,7 +105,7 @@ class System:
             for j, stage in enumerate(row):
                 pose = orbit.positions[k, j], orbit.frames[k, j]
                 positions[k, j], frames[k, j] = moved(*pose, self.chain.poses(stage))
-        period = orbit.period + numbers[0] / self.speed
+        period = orbit.period + float(numbers[0]) / self.speed
         drift = self.motions @ numbers[1 : 1 + self.motions.shape[1]] / orbit.period
         return Orbit(period, orbit.elementary + drift, orbit.widths, positions, frames)
 
