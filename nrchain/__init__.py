@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from nrchain.accuracy import cost
     from nrchain.analysis import measure
     from nrchain.analysis.decomposition import Contributions, contribution_sizes, contributions
+    from nrchain.diagrams.compute import phases
+    from nrchain.diagrams.diagram import PhaseDiagram
     from nrchain.effects.base import Effect, OneBodyEffect
     from nrchain.effects.registry import register_effect, unregister_effect
     from nrchain.effects.shared.check import check_effect
@@ -60,7 +62,7 @@ if TYPE_CHECKING:
     from nrchain.theory.rod import Material, Rod, rod_of
     from nrchain.theory.rod.coarse_graining import moduli
     from nrchain.trajectory.trajectory import Trajectory
-    from nrchain.view import dispersion_plots, effect_plots, plots
+    from nrchain.view import dispersion_plots, effect_plots, phase_plots, plots
 
 # Public modules and names are imported at first use, so that `import nrchain` stays light.
 _MODULES = {
@@ -71,6 +73,7 @@ _MODULES = {
     "estimate": "nrchain.planning.estimate",
     "lattice": "nrchain.theory.lattice",
     "measure": "nrchain.analysis.measure",
+    "phase_plots": "nrchain.view.phase_plots",
     "plan": "nrchain.planning.plan",
     "plots": "nrchain.view.plots",
     "regime": "nrchain.planning.regime",
@@ -86,6 +89,8 @@ _MODULE_OF = {
     "Contributions": "nrchain.analysis.decomposition",
     "contribution_sizes": "nrchain.analysis.decomposition",
     "contributions": "nrchain.analysis.decomposition",
+    "PhaseDiagram": "nrchain.diagrams.diagram",
+    "phases": "nrchain.diagrams.compute",
     "check_effect": "nrchain.effects.shared.check",
     "Effect": "nrchain.effects.base",
     "OneBodyEffect": "nrchain.effects.base",
@@ -151,6 +156,7 @@ __all__ = [
     "ModeWaves",
     "NrchainError",
     "OneBodyEffect",
+    "PhaseDiagram",
     "Rod",
     "Scene",
     "SceneError",
@@ -186,6 +192,8 @@ __all__ = [
     "measure",
     "mode_waves",
     "moduli",
+    "phase_plots",
+    "phases",
     "plan",
     "plots",
     "regime",

@@ -30,7 +30,14 @@ DOCS = sorted((ROOT / "docs").glob("*.md"))
 PAGES = {path.name: path for path in (ROOT / "README.md", *DOCS, ROOT / "CONTRIBUTING.md")}
 SCENES, RUNNING, EFFECTS = (PAGES[f"{name}.md"] for name in ("scenes", "running", "effects"))
 
-GENERIC = {"[-o": "-o", "[--set": "--set", "DIR]": "DIR", "key=value": "slip.2s=1", "SECONDS]": "1"}
+GENERIC = {
+    "[-o": "-o",
+    "[--set": "--set",
+    "DIR]": "DIR",
+    "key=value": "slip.2s=1",
+    "SECONDS]": "1",
+    "KEY=LOW:HIGH": "slip.2s=0:1",
+}
 """What stands in a usage line of a command, and a value for it."""
 
 

@@ -92,6 +92,14 @@ def cycle():
 
 
 @cache
+def diagram():
+    short = nrchain.load_scene("buckling", **{"chain.particles": 5, "start.amplitude": 0.5})
+    return nrchain.phases(
+        short, ("slip.2s", 0.0, 3000.0, 2), ("slip.3t", 0.0, 9.0, 2), "random", levels=0
+    )
+
+
+@cache
 def work_precision():
     short = nrchain.load_scene("passive", **{"chain.particles": 4, "run.end": 1.0})
     return cost.work_precision(short, budget=0.5)
@@ -118,6 +126,7 @@ SPECIMENS = {
     "nrchain.OneBodyEffect": lambda: [
         e(scene()) for e in effects() if issubclass(e, nrchain.OneBodyEffect)
     ],
+    "nrchain.PhaseDiagram": diagram,
     "nrchain.Rod": lambda: nrchain.Rod.of(nrchain.load_scene("wave")),
     "nrchain.Scene": scene,
     "nrchain.SceneError": lambda: SceneError("chain.spacing", 1.0, "must exceed two radii"),

@@ -16,6 +16,7 @@ from nrchain.cli.cost import cost
 from nrchain.cli.dispersion import dispersion
 from nrchain.cli.effects import effects
 from nrchain.cli.exits import BROKEN_PIPE, REFUSED, report_unwritable_output, show
+from nrchain.cli.phases import phases
 from nrchain.cli.plan import plan
 from nrchain.cli.plot import plot
 from nrchain.cli.resume import resume
@@ -63,7 +64,19 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (run, plan, resume, scenes, effects, plot, cost, solid, dispersion, spectrum):
+for command in (
+    run,
+    plan,
+    resume,
+    scenes,
+    effects,
+    plot,
+    cost,
+    solid,
+    dispersion,
+    spectrum,
+    phases,
+):
     app.command()(command)
 
 

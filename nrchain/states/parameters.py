@@ -11,6 +11,9 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from nrchain.errors import SceneError
+from nrchain.hydrodynamics import slip_modes
+from nrchain.inputs.names import did_you_mean
 from nrchain.scene.derived import DEFAULT_RATIO
 from nrchain.scene.loading import load_scene
 from nrchain.scene.scene import Scene
@@ -40,6 +43,27 @@ class Parameter:
 
 def parameters(scene: Scene) -> tuple[Parameter, ...]:
     """The parameters of a scene, without zeros that stand alone or in a list of zeros."""
+    return tuple(one for one in _every(scene) if one.scale)
+
+
+def find_parameter(scene: Scene, key: str) -> Parameter:
+    """The parameter of a key, also one that is 0, or the strength of a mode that is absent.
+
+    Raises :class:`~nrchain.errors.SceneError` for any other key, with those that there are.
+    """
+    found = {one.key: one for one in _every(scene)}
+    absent = [f"slip.{mode.label}" for mode in slip_modes.modes()]
+    for name in absent:
+        if not any(known.partition("[")[0] == name for known in found):
+            found[name] = _parameter(scene, name, (), 0.0, lambda new: new)
+    if key not in found:
+        names = f"must be a number on which the motion depends: {', '.join(found)}"
+        raise SceneError("key", key, names + did_you_mean(key, found))
+    return found[key]
+
+
+def _every(scene: Scene) -> list[Parameter]:
+    """All numbers of a scene, zeros too."""
     given = scene.to_mapping()
     flat: dict[str, Any] = {
         f"chain.{name}": getattr(scene.chain, name) for name in ("spacing", "radius", "viscosity")
@@ -47,8 +71,7 @@ def parameters(scene: Scene) -> tuple[Parameter, ...]:
     flat |= _elasticity(scene)
     for name in ("slip", *scene.further):
         flat |= {f"{name}.{key}": value for key, value in given.get(name, {}).items()}
-    found = [one for key, value in flat.items() for one in _of_key(scene, key, value)]
-    return tuple(one for one in found if one.scale)
+    return [one for key, value in flat.items() for one in _of_key(scene, key, value)]
 
 
 def _elasticity(scene: Scene) -> dict[str, float]:

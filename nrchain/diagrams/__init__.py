@@ -1,0 +1,1 @@
+"""Phase diagrams: which attractor a chain reaches, over two numbers of its scene."""

@@ -1,0 +1,112 @@
+"""One verified point of a region: the same run with an error estimate, and the state it ends in.
+
+A run is repeated with ``run.verify``: the error of its poses is the distance from a run with
+tighter tolerances, and its kind must be the same. Where a chain ends at rest or in steady motion,
+Newton's method finds the state from there, and the eigenvalues of the state must decay.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from nrchain.analysis import measure
+from nrchain.diagrams.jobs import FAILED
+from nrchain.diagrams.ledger import Result
+from nrchain.diagrams.linear import Length
+from nrchain.diagrams.trials import Trial, simulated
+from nrchain.errors import NrchainError
+from nrchain.run.interruption import Interruption
+from nrchain.scene.scene import Scene
+from nrchain.states.state import find_state
+from nrchain.trajectory.trajectory import Trajectory
+from nrchain.wording import brief
+
+STATES = ("straight", "buckled", "coiled", "swimming", "spinning", "rotating shape")
+"""Kinds in which a chain keeps its shape."""
+
+AWAY = 0.1
+"""Largest distance from its state, in radii, at which a run has ended there."""
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What confirms the kind of a region at one of its points.
+
+    Attributes
+    ----------
+    x, y, start, kind
+        The point, and the run that is confirmed.
+    agrees
+        Whether the run ends in this kind again, and its state, if it has one, is stable.
+    error
+        Largest error of positions in the verified run, in radii; NaN where it is not known.
+    growth
+        Re Λ₁ of the state that Newton's method finds from the end of the run; NaN without one.
+    away
+        Largest distance of the spheres from this state at the end of the run, in radii.
+    why
+        What does not agree; empty otherwise.
+    """
+
+    x: float
+    y: float
+    start: str
+    kind: str
+    agrees: bool
+    error: float
+    growth: float
+    away: float
+    why: str
+
+    __repr__ = brief
+
+    @classmethod
+    def of(cls, place: tuple[float, float], trial: Trial, result: Result) -> Verification:
+        """The verification of the result of :func:`verify`."""
+        if FAILED in result:
+            error = growth = away = math.nan
+            why = result[FAILED]
+        else:
+            error, growth, away = result["error"], result["growth"], result["away"]
+            why = result["why"]
+        return cls(*place, trial.start, trial.kind, not why, error, growth, away, why)
+
+
+def verify(
+    scene: Scene,
+    start: str,
+    kind: str,
+    length: Length,
+    interruption: Interruption | None = None,
+) -> Result:
+    """Repeat a run with an estimate of its error, and find the state at its end."""
+    done = simulated(scene, start, length, interruption, verify=True)
+    assert done.position_error is not None
+    known = done.position_error[np.isfinite(done.position_error)]
+    error = float(known.max()) / scene.chain.radius if len(known) else math.nan
+    again = measure.attractor(done).kind.value
+    growth = away = math.nan
+    why = "" if again == kind else f"the verified run ends {again}"
+    if kind in STATES:
+        growth, away, unstable = _state(done)
+        why = why or unstable
+    return {"error": error, "growth": growth, "away": away, "why": why}
+
+
+def _state(done: Trajectory) -> tuple[float, float, str]:
+    """Re Λ₁ of the state at the end of a run, its distance in radii, and what is wrong with it."""
+    try:
+        state = find_state(done.scene, done, modes=1)
+    except NrchainError as error:
+        return math.nan, math.nan, str(error)
+    apart = np.linalg.norm(state.positions - done.positions[-1], axis=1).max()
+    leading = state.spectrum.leading
+    grows = leading.growth > leading.error
+    away = float(apart) / done.scene.chain.radius
+    why = f"its state is unstable, Re Λ = {leading.growth:.3g}" if grows else ""
+    if away > AWAY:
+        why = why or f"its end is {away:.3g} a from the nearest state"
+    return leading.growth, away, why

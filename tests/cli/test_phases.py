@@ -1,0 +1,49 @@
+"""``nrchain phases``: its tables, its files, and what it refuses."""
+
+import csv
+
+import pytest
+from support.command_line import assert_refused, call
+
+import nrchain
+
+SCENE = (
+    *("buckling", "--set", "chain.particles=6", "--set", "elasticity.ratio=1e8"),
+    *("--set", "start.amplitude=0.5", "--start", "random", "--levels", "0"),
+)
+AXES = ("--x", "slip.2s=0:1500:3", "--y", "slip.3t=0:2000:2")
+
+
+@pytest.fixture(autouse=True)
+def _in_a_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def test_regions_thresholds_and_files_are_shown(tmp_path):
+    result = call("phases", *SCENE, *AXES)
+    assert result.exit_code == 0, result.stderr
+    folder = tmp_path / "runs" / "buckling-phases"
+    found = nrchain.PhaseDiagram.open(folder)
+    for region in found.regions:
+        assert f"{100.0 * region.share:.1f} %" in result.stdout
+    curve = found.curves[0]
+    assert f"buckles on a curve from ({curve.x[0]:.6g}, {curve.y[0]:.6g})" in result.stdout
+    assert "6 runs at 6 points" in result.stdout
+    assert (folder / "phases.png").stat().st_size > 10_000
+    with (folder / "runs.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["kind"] for row in rows] == [point.kind for point in found.points]
+    # the same command again finds all that it needs
+    assert call("phases", *SCENE, *AXES).stdout == result.stdout
+
+
+@pytest.mark.parametrize("axis", ["slip.2s", "slip.2s=1", "slip.2s=1:b", "slip.2s=0:1:2:3"])
+def test_axes_that_cannot_be_read_are_refused(axis):
+    refused = call("phases", *SCENE, "--x", axis, "--y", "slip.3t=0:1")
+    assert_refused(refused, axis, "must be")
+
+
+def test_other_input_is_refused_in_one_line():
+    assert_refused(call("phases", *SCENE, "--x", "slip.9z=0:1", "--y", AXES[3]), "slip.9z")
+    field = ("--set", "field.force=[0,0,1]")
+    assert_refused(call("phases", *SCENE, *AXES, *field), "field", "does not move and rotate")

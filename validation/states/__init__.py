@@ -1,0 +1,1 @@
+"""States: what chains end in, when it changes, and how they oscillate."""
