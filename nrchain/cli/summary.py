@@ -30,6 +30,8 @@ def finish(trajectory: Trajectory) -> None:
         show_if_possible(errors_table(trajectory))
         show_if_possible(ERRORS_NOTE, soft_wrap=True)
     show_if_possible(effects_table(trajectory))
+    if trajectory.status == "completed":
+        show_if_possible(f"attractor   {_attractor(trajectory)}", soft_wrap=True)
     if trajectory.path:
         show_if_possible(f"trajectory  {trajectory.path}", soft_wrap=True)
     if picture:
@@ -40,6 +42,17 @@ def finish(trajectory: Trajectory) -> None:
     if trajectory.status != "completed":
         report(_why_stopped(trajectory))
         raise typer.Exit(STOPPED)
+
+
+def _attractor(trajectory: Trajectory) -> str:
+    """What the chain has settled in, as far as the snapshots tell."""
+    from nrchain.analysis.measure import MeasurementError, attractor
+
+    with no_collection():
+        try:
+            return str(attractor(trajectory, further=False))
+        except MeasurementError as error:
+            return f"not known: {error}"
 
 
 def _why_stopped(trajectory: Trajectory) -> str:

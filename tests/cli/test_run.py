@@ -4,6 +4,7 @@ import pytest
 from support.command_line import SMALL, assert_refused, call
 
 import nrchain.run.simulation
+from nrchain.analysis import measure
 from nrchain.cli.exits import REFUSED, STOPPED
 from nrchain.cli.summary import PICTURE
 from nrchain.errors import TrajectoryError
@@ -62,6 +63,13 @@ def test_the_directory_is_named_after_the_scene(tmp_path, stub, monkeypatch):
     for name in ("passive", "mine"):
         assert {file.name for file in (tmp_path / "runs" / name).iterdir()} == {FILE_NAME, PICTURE}
     assert stub.scene == load_scene("wave")
+
+
+def test_a_run_says_what_the_chain_has_settled_in(tmp_path):
+    few = ["--set", "chain.particles=6", "--set", "run.end=500"]
+    result = call("run", "passive", "-o", tmp_path, *few)
+    found = measure.attractor(Trajectory.open(tmp_path))
+    assert f"settled in a steady state at t = {found.since:g}: straight" in result.stdout
 
 
 def test_an_existing_result_is_replaced_only_on_request(tmp_path, stub):

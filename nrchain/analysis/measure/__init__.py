@@ -19,6 +19,7 @@ raises :class:`MeasurementError`.
 from nrchain.analysis.handedness import Handedness, handedness
 from nrchain.analysis.measure.attractors.classify import attractor
 from nrchain.analysis.measure.attractors.kinds import Attracted, Attractor
+from nrchain.analysis.measure.attractors.lyapunov import lyapunov
 from nrchain.analysis.measure.line_fit import Estimate
 from nrchain.analysis.measure.motions import spin, straightness, translation, turned_angle
 from nrchain.analysis.measure.rates import Rate, rate
@@ -39,6 +40,7 @@ __all__ = [
     "attractor",
     "fit_shape",
     "handedness",
+    "lyapunov",
     "rate",
     "spin",
     "straightness",

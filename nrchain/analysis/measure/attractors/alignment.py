@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from nrchain.states.motions import TURN
@@ -11,13 +13,36 @@ RANK = 1e-9
 """A motion takes part if it is more than this fraction of the largest."""
 
 
+LOOKS = 200
+"""Snapshots that are looked at together in a search for the last one outside."""
+
+
+def first_inside(count: int, is_outside: Callable[[np.ndarray], np.ndarray]) -> int:
+    """Index after the last of ``count`` snapshots that is outside; ``count`` if that is the last.
+
+    Up to :data:`LOOKS` are looked at, spread over all, and again between the last one of them that
+    is outside and the next. A shorter excursion before may be missed.
+    """
+    low, high = -1, count
+    while high - low > 1:
+        places = np.unique(np.linspace(low + 1, high - 1, LOOKS).astype(int))
+        outside = np.flatnonzero(is_outside(places))
+        if not len(outside):
+            high = int(places[0])
+            continue
+        last = int(outside[-1])
+        low = int(places[last])
+        high = int(places[last + 1]) if last + 1 < len(places) else high
+    return high
+
+
 def distances(chain: RelativeChain, positions: np.ndarray, target: np.ndarray) -> np.ndarray:
     """(T,) largest distance of a sphere at positions (T, N, 3) from target (N, 3).
 
     The positions are translated and rotated as the scene of the chain allows, by what fits the
     target best in the mean square over the spheres.
     """
-    shifts, turns = _span(chain.allowed[:3]), _span(chain.allowed[3:TURN])
+    shifts, turns = span(chain.allowed[:3]), span(chain.allowed[3:TURN])
     here = positions - positions.mean(axis=1, keepdims=True) @ shifts.T @ shifts
     there = target - target.mean(axis=0) @ shifts.T @ shifts
     about = chain.origin - chain.origin @ shifts.T @ shifts
@@ -25,7 +50,7 @@ def distances(chain: RelativeChain, positions: np.ndarray, target: np.ndarray) -
     return np.linalg.norm(turned + about - there, axis=2).max(axis=1, initial=0.0)
 
 
-def _span(rows: np.ndarray) -> np.ndarray:
+def span(rows: np.ndarray) -> np.ndarray:
     """(k, 3) orthonormal: the directions that the columns of rows (3, m) span."""
     if not rows.size:
         return np.empty((0, 3))

@@ -70,11 +70,11 @@ class Attractor:
     def __str__(self) -> str:
         """One line, such as "settled in a steady state at t = 412: buckled"."""
         since = "" if self.since is None else f" since t = {self.since:.6g}"
-        if self.kind.is_oscillation:
-            return f"oscillates, period {self.period:.4g}{since}: {self.kind}"
+        if self.period is not None:
+            moves = "oscillates" if self.kind.is_oscillation else "goes round"
+            return f"{moves}, period {self.period:.4g}{since}: {self.kind}"
         if self.kind.is_steady and self.since is not None:
-            period = "" if self.period is None else f", period {self.period:.4g}"
-            return f"settled in a steady state at t = {self.since:.6g}: {self.kind}{period}"
+            return f"settled in a steady state at t = {self.since:.6g}: {self.kind}"
         return (
             f"{self.kind}{since}: {self.confidence}" if self.confidence else f"{self.kind}{since}"
         )

@@ -11,11 +11,14 @@ import math
 import numpy as np
 
 from nrchain.analysis.handedness import handedness
-from nrchain.analysis.measure.attractors.alignment import distances
+from nrchain.analysis.measure.attractors.alignment import distances, first_inside
 from nrchain.analysis.measure.attractors.kinds import Attracted, Attractor
 from nrchain.errors import SceneError
+from nrchain.states.newton import SteadyState
 from nrchain.states.relative import RelativeChain
-from nrchain.states.spectrum import Spectrum, spectrum
+from nrchain.states.search import state_near
+from nrchain.states.spectrum import require_states
+from nrchain.states.stability import leading_rate
 from nrchain.trajectory.trajectory import Trajectory
 
 SETTLED = 1e-3
@@ -23,6 +26,9 @@ SETTLED = 1e-3
 
 NEAR = 0.1
 """A chain is on its way to a stable state if all its spheres are within this many radii of it."""
+
+GROWS = 1e-4
+"""A state is stable if no small change grows by more than this part in the time of the run."""
 
 STRAIGHT = 1e-3
 """A chain is straight if no sphere is farther than this fraction of its length from the axis."""
@@ -41,40 +47,39 @@ def steady_attractor(trajectory: Trajectory, positions: np.ndarray) -> Attractor
     """The stable state at the end of a run, or near it; None if there is none."""
     scene, end = trajectory.scene, (positions[-1], trajectory.frames[-1])
     try:
-        found = spectrum(scene, at=end, modes=2)
+        require_states(scene)
+        found = state_near(scene, end)
     except SceneError:
         return None
     chain = RelativeChain(scene, end)
-    away = distances(chain, positions, found.state.positions)
-    radius = scene.chain.radius
-    if not _attracts(found, trajectory) or away[-1] > NEAR * radius:
+    radius, there = scene.chain.radius, found.positions
+    away = float(distances(chain, positions[-1:], there)[0])
+    if away > NEAR * radius:
         return None
-    outside = np.flatnonzero(away > SETTLED * radius)
-    first = int(outside[-1]) + 1 if len(outside) else 0
-    since = float(trajectory.time[first]) if first < len(away) else None
+    rate = leading_rate(chain.at(found.poses))
+    if rate.real * float(trajectory.time[-1]) > GROWS:
+        return None
+    first = first_inside(
+        len(positions), lambda places: distances(chain, positions[places], there) > SETTLED * radius
+    )
+    since = float(trajectory.time[first]) if first < len(positions) else None
     kind, numbers = _kind(found, trajectory)
     numbers |= {
-        "distance": float(away[-1]),
+        "distance": away,
         "distance tolerance": SETTLED * radius,
-        "growth": found.leading.growth,
-        "growth error": found.leading.error,
-        "residual": found.state.residual,
+        "growth": rate.real,
+        "growth tolerance": GROWS / max(float(trajectory.time[-1]), 1e-300),
+        "residual": found.residual,
     }
     rotation = numbers["rotation"]
     period = 2.0 * math.pi / rotation if kind is Attracted.ROTATING else None
-    return Attractor(kind, since, period, numbers, _confidence(since, away, found, radius))
+    return Attractor(kind, since, period, numbers, _confidence(since, away / radius, rate.real))
 
 
-def _attracts(found: Spectrum, trajectory: Trajectory) -> bool:
-    """Whether no mode grows, or none by more than its error or noticeably in ten such runs."""
-    slow = 0.1 / max(float(trajectory.time[-1]), 1e-300)
-    return all(mode.growth < max(mode.error, slow * 1e-3) for mode in found.modes)
-
-
-def _kind(found: Spectrum, trajectory: Trajectory) -> tuple[Attracted, dict[str, float]]:
+def _kind(state: SteadyState, trajectory: Trajectory) -> tuple[Attracted, dict[str, float]]:
     """Straight, bent or wound, and at rest or moving."""
-    scene, state = trajectory.scene, found.state
-    positions, radius = state.positions, scene.chain.radius
+    scene, positions = trajectory.scene, state.positions
+    radius = scene.chain.radius
     duration = max(float(trajectory.time[-1]), 1e-300)
     velocity = float(np.linalg.norm(state.motion.velocity))
     rotation = float(np.linalg.norm(state.motion.rotation))
@@ -118,9 +123,8 @@ def _offset(positions: np.ndarray, periodic: bool) -> float:
     return float(np.linalg.norm(centred - (centred @ axis)[:, None] * axis, axis=1).max())
 
 
-def _confidence(since: float | None, away: np.ndarray, found: Spectrum, radius: float) -> str:
-    rate = -found.leading.growth
-    state = f"stable: the slowest change decays at rate {rate:.3g}"
+def _confidence(since: float | None, away: float, growth: float) -> str:
+    state = f"stable: the slowest change decays at rate {-growth:.3g}"
     if since is None:
-        return f"approaches a state, {away[-1] / radius:.2g} a away, that is {state}"
+        return f"approaches a state, {away:.2g} a away, that is {state}"
     return state
