@@ -43,6 +43,8 @@ if TYPE_CHECKING:
     from nrchain.scene.loading import load_scene
     from nrchain.scene.scene import Scene
     from nrchain.scene.toml import scene_names
+    from nrchain.states.branches.branch import SpecialPoint, StateBranch
+    from nrchain.states.branches.continuation import BranchDiagram, continue_state
     from nrchain.states.critical import CriticalStrength, critical_strength
     from nrchain.states.cycles.cycle import Cycle, find_cycle
     from nrchain.states.mode_waves import ModeWaves, mode_waves
@@ -121,6 +123,10 @@ _MODULE_OF = {
     "Member": "nrchain.run.members",
     "simulate_many": "nrchain.run.ensemble",
     "Scene": "nrchain.scene.scene",
+    "BranchDiagram": "nrchain.states.branches.continuation",
+    "SpecialPoint": "nrchain.states.branches.branch",
+    "StateBranch": "nrchain.states.branches.branch",
+    "continue_state": "nrchain.states.branches.continuation",
     "CriticalStrength": "nrchain.states.critical",
     "critical_strength": "nrchain.states.critical",
     "Cycle": "nrchain.states.cycles.cycle",
@@ -144,6 +150,7 @@ _MODULE_OF = {
 __all__ = [
     "BackendError",
     "Branch",
+    "BranchDiagram",
     "Cause",
     "Contributions",
     "CriticalStrength",
@@ -164,14 +171,17 @@ __all__ = [
     "Section",
     "Slip",
     "SlipMode",
+    "SpecialPoint",
     "Spectrum",
     "State",
+    "StateBranch",
     "Trajectory",
     "TrajectoryError",
     "UnknownNameError",
     "active_wrenches",
     "auto",
     "check_effect",
+    "continue_state",
     "contribution_sizes",
     "contributions",
     "cost",

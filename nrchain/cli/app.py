@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from nrchain.cli.branch import branch
 from nrchain.cli.cost import cost
 from nrchain.cli.dispersion import dispersion
 from nrchain.cli.effects import effects
@@ -76,6 +77,7 @@ for command in (
     dispersion,
     spectrum,
     phases,
+    branch,
 ):
     app.command()(command)
 

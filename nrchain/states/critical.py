@@ -17,10 +17,10 @@ import numpy as np
 
 from nrchain.errors import SceneError
 from nrchain.inputs.rules import is_number
-from nrchain.scene.loading import load_scene, require_scene
+from nrchain.scene.loading import require_scene
 from nrchain.scene.scene import Scene
-from nrchain.states.parameters import parameters
 from nrchain.states.spectrum import Spectrum, spectrum
+from nrchain.states.varied import varied
 from nrchain.wording import brief
 
 MODES = 4
@@ -89,12 +89,7 @@ def critical_strength(
     require_scene(scene)
     low, high = _bracket(between)
     spectra: dict[float, Spectrum] = {}
-    numbers = {one.key: one.changed for one in parameters(scene)}
-
-    def whole(value: float) -> Scene:
-        return load_scene(scene, **{key: value})
-
-    change = numbers.get(key, whole)
+    change = varied(scene, key)
 
     def growth(value: float) -> float:
         spectra[value] = spectrum(change(float(value)), at, modes=MODES)

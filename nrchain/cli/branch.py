@@ -1,0 +1,136 @@
+"""``nrchain branch``: states along a key of a scene, and where their stability changes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from nrchain.cli.arguments import RUNS, Changes, SceneName, find_run, load
+from nrchain.cli.exits import one_line_errors, show
+from nrchain.cli.terminal import note
+from nrchain.errors import SceneError
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from nrchain.states.branches.continuation import BranchDiagram
+
+PICTURE = "branches.png"
+
+
+@one_line_errors()
+def branch(
+    scene: SceneName,
+    along: Annotated[
+        list[str],
+        typer.Option(
+            metavar="KEY=LOW:HIGH",
+            help="A number of the scene and its range, such as slip.2s=0:150."
+            " Several vary together.",
+        ),
+    ],
+    changes: Changes = None,
+    start: Annotated[
+        Path | None,
+        typer.Option(
+            "--from",
+            help="Directory or file of a run whose last snapshot is near the first state."
+            " By default, the straight chain.",
+        ),
+    ] = None,
+    nudge: Annotated[
+        float,
+        typer.Option(help="Leave the first state along its fastest mode, by so many radii."),
+    ] = 0.0,
+    branches: Annotated[int, typer.Option(min=1, help="Most branches.")] = 8,
+    steps: Annotated[int, typer.Option(min=1, help="Most states of a branch.")] = 400,
+    step: Annotated[float, typer.Option(help="Largest arclength between two states.")] = 0.05,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Directory for the branches. Branches of the same request there are continued.",
+            show_default=f"{RUNS}/SCENE-branch",
+        ),
+    ] = None,
+) -> None:
+    """Follow states along a key, with their stability and the branches that leave them."""
+    from nrchain.states.branches.continuation import continue_state
+    from nrchain.states.branches.follow import END
+    from nrchain.trajectory.trajectory import Trajectory
+    from nrchain.view.branch_plots import draw_branches
+
+    ranges = dict(_range(text) for text in along)
+    loaded, _ = load(scene, changes)
+    guess = None if start is None else Trajectory.open(find_run(start))
+    folder = output or RUNS / f"{Path(scene).stem}-branch"
+    found = continue_state(
+        loaded,
+        ranges,
+        guess,
+        nudge=nudge,
+        branches=branches,
+        steps=steps,
+        step=step,
+        output=folder,
+    )
+    show(branches_table(found))
+    if found.special:
+        show(special_table(found))
+    picture = draw_branches(found, folder / PICTURE)
+    for number, one in enumerate(found.branches):
+        if one.reason != END:
+            note(f"branch {number} ends: {one.reason}")
+    show(str(picture), soft_wrap=True)
+
+
+def _range(text: str) -> tuple[str, tuple[float, float]]:
+    """The key and the ends of ``key=low:high``."""
+    key, _, ends = text.partition("=")
+    low, _, high = ends.partition(":")
+    try:
+        return key.strip(), (float(low), float(high))
+    except ValueError:
+        allowed = "must be KEY=LOW:HIGH, such as slip.2s=0:150"
+        raise SceneError("--along", text, allowed) from None
+
+
+def branches_table(found: BranchDiagram) -> Table:
+    """Where each branch begins and ends, and how many of its states are stable."""
+    from nrchain.cli.tables import plain_table
+
+    key = found.line.key
+    table = plain_table("branch", "leaves", f"{key} from", "to", "states", "stable", "amplitude")
+    for number, one in enumerate(found.branches):
+        leaves = "" if one.parent is None else f"{one.parent[0]} at {one.values[0]:.6g}"
+        table.add_row(
+            f"{number}",
+            leaves,
+            f"{one.values[0]:.6g}",
+            f"{one.values[-1]:.6g}",
+            f"{len(one)}",
+            f"{int(one.is_stable.sum())}",
+            f"{one.amplitude.max():.4g}",
+        )
+    return table
+
+
+def special_table(found: BranchDiagram) -> Table:
+    """The special points of all branches."""
+    from nrchain.cli.tables import plain_table
+
+    table = plain_table("branch", "point", found.line.key, "error", "frequency", "rates at once")
+    for number, one in enumerate(found.branches):
+        for special in one.special:
+            table.add_row(
+                f"{number}",
+                special.kind,
+                f"{special.value:.9g}",
+                f"{special.error:.1e}",
+                f"{special.frequency:.6g}" if special.frequency else "",
+                f"{special.multiplicity}",
+            )
+    return table

@@ -1,0 +1,126 @@
+"""Draw branches of states: amplitude, speed and rotation against the key along which they run.
+
+Stable parts are solid, unstable ones dashed. Special points are marked.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nrchain.states.branches.branch import StateBranch
+from nrchain.states.branches.continuation import BranchDiagram
+from nrchain.view.drawing import (
+    INK,
+    LABEL,
+    LINE,
+    PAPER,
+    TEXT,
+    TITLE,
+    check_picture,
+    letters,
+    new_figure,
+    save,
+    style,
+)
+
+COLOURS = ("#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f", "#17becf")
+"""Of branches, in turn."""
+
+STABLE, UNSTABLE = "-", (0, (4, 2))
+
+MARKERS = {
+    "fold": (">", "fold"),
+    "pitchfork": ("s", "pitchfork"),
+    "transcritical": ("D", "transcritical point"),
+    "Hopf": ("o", "Hopf point"),
+}
+
+VANISHING = 1e-9
+"""Speeds and rotations below this, in a and radians per unit time of the fastest mode, are none."""
+
+
+def draw_branches(found: BranchDiagram, path: str | Path) -> Path:
+    """Draw all branches, and return the path, whose ending chooses PNG, PDF or SVG.
+
+    The panels show the amplitude, the speed and the rotation of the chain as a whole; one that
+    vanishes on all branches is left out. An existing file is replaced.
+
+    Raises :class:`~nrchain.errors.SceneError` for another ending, and
+    :class:`~nrchain.errors.TrajectoryError` for a file that cannot be written.
+    """
+    path = check_picture(path)
+    panels = [one for one in _PANELS if one[0] == "amplitude" or _moves(found, one[0])]
+    figure = new_figure(7.2, 1.4 + 2.6 * len(panels), "constrained")
+    axes = np.atleast_1d(figure.subplots(len(panels), 1, sharex=True))
+    shown: dict[str, Any] = {}
+    for axis, (name, label) in zip(axes, panels, strict=True):
+        style(axis)
+        for number, branch in enumerate(found.branches):
+            shown = _draw(axis, branch, name, COLOURS[number % len(COLOURS)]) | shown
+        axis.set_ylabel(label, size=LABEL, color=INK)
+    axes[-1].set_xlabel(letters(", ".join(found.line.ranges)), size=LABEL, color=INK)
+    axes[-1].set_xlim(*sorted((found.line.low, found.line.high)))
+    figure.legend(
+        shown.values(),
+        shown.keys(),
+        loc="outside lower center",
+        ncols=5,
+        frameon=False,
+        fontsize=TEXT,
+        labelcolor=INK,
+    )
+    for line in figure.legends[0].get_lines():
+        line.set(color=INK, markeredgecolor=INK)
+    figure.set(facecolor=PAPER, edgecolor=PAPER)
+    title = letters(found.line.scene.title)
+    figure.suptitle(title, fontsize=TITLE, fontweight="bold", color=INK)
+    save(figure, path)
+    return path
+
+
+_PANELS = (
+    ("amplitude", "distance from the line"),
+    ("speed", "speed |V|"),
+    ("spin", "rotation |Ω|"),
+)
+
+
+def _values(branch: StateBranch, name: str) -> np.ndarray:
+    if name == "spin":
+        return np.linalg.norm(branch.rotation, axis=1)
+    return np.asarray(getattr(branch, name))
+
+
+def _moves(found: BranchDiagram, name: str) -> bool:
+    fastest = max(float(np.abs(branch.rates).max()) for branch in found.branches)
+    scale = found.line.scene.chain.radius if name == "speed" else 1.0
+    return any(_values(one, name).max() > VANISHING * scale * fastest for one in found.branches)
+
+
+def _draw(axes: Any, branch: StateBranch, name: str, colour: str) -> dict[str, Any]:
+    """Draw one branch; return a line of each kind for the key."""
+    values, heights, stable = branch.values, _values(branch, name), branch.is_stable
+    lines: dict[str, Any] = {}
+    edges = [0, *(np.flatnonzero(np.diff(stable)) + 1), len(values)]
+    for begin, end in pairwise(edges):
+        part = slice(begin, min(end + 1, len(values)))
+        word, dashes = ("stable", STABLE) if stable[begin] else ("unstable", UNSTABLE)
+        own = LINE | {"color": colour, "linewidth": 1.4, "linestyle": dashes}
+        (lines[word],) = axes.plot(values[part], heights[part], **own)
+    for special in branch.special:
+        marker, word = MARKERS[special.kind]
+        sides = slice(special.index, special.index + 2)
+        height = float(np.interp(special.value, *_ascending(values[sides], heights[sides])))
+        look = {"marker": marker, "markersize": 5.0, "markerfacecolor": PAPER, "linestyle": ""}
+        look |= {"color": colour, "markeredgecolor": colour, "markeredgewidth": 1.1, "zorder": 3}
+        (lines[word],) = axes.plot([special.value], [height], **look)
+    return lines
+
+
+def _ascending(values: np.ndarray, heights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    order = np.argsort(values)
+    return values[order], heights[order]
