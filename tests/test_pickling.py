@@ -97,6 +97,9 @@ def diagram():
     return nrchain.phases(
         short, ("slip.2s", 0.0, 3000.0, 2), ("slip.3t", 0.0, 9.0, 2), "random", levels=0
     )
+def branches():
+    small = nrchain.load_scene("buckling", **{"chain.particles": 6})
+    return nrchain.continue_state(small, {"slip.2s": (400.0, 900.0)}, branches=1)
 
 
 @cache
@@ -112,6 +115,7 @@ def one_neighbour() -> nrchain.Scene:
 SPECIMENS = {
     "nrchain.BackendError": lambda: nrchain.BackendError("an unknown release"),
     "nrchain.Branch": lambda: nrchain.Branch.SHEAR_MINUS,
+    "nrchain.BranchDiagram": branches,
     "nrchain.Cause": lambda: nrchain.Cause.TOUCH,
     "nrchain.Contributions": lambda: nrchain.contributions(scene(), *poses()),
     "nrchain.CriticalStrength": threshold,
@@ -134,8 +138,10 @@ SPECIMENS = {
     "nrchain.Section": lambda: [scene().chain, scene().further, StartSpec(shape="sine")],
     "nrchain.Slip": lambda: nrchain.Slip((1.0, 2.0), axis=(0.0, 1.0, 0.0)),
     "nrchain.SlipMode": lambda: slip_modes.find("2s"),
+    "nrchain.SpecialPoint": lambda: branches().special[0],
     "nrchain.Spectrum": lambda: threshold().spectrum,
     "nrchain.State": lambda: nrchain.find_state(nrchain.load_scene("wave")),
+    "nrchain.StateBranch": lambda: branches().branches[0],
     "nrchain.Trajectory": trajectory,
     "nrchain.TrajectoryError": lambda: nrchain.TrajectoryError("runs/a: is missing"),
     "nrchain.UnknownNameError": lambda: nrchain.UnknownNameError("'a' is not known"),

@@ -103,24 +103,43 @@ def _moves(found: BranchDiagram, name: str) -> bool:
 
 def _draw(axes: Any, branch: StateBranch, name: str, colour: str) -> dict[str, Any]:
     """Draw one branch; return a line of each kind for the key."""
-    values, heights, stable = branch.values, _values(branch, name), branch.is_stable
     lines: dict[str, Any] = {}
-    edges = [0, *(np.flatnonzero(np.diff(stable)) + 1), len(values)]
+    path, stable = _path(branch, name)
+    edges = [0, *(np.flatnonzero(np.diff(stable)) + 1), len(stable)]
     for begin, end in pairwise(edges):
-        part = slice(begin, min(end + 1, len(values)))
         word, dashes = ("stable", STABLE) if stable[begin] else ("unstable", UNSTABLE)
         own = LINE | {"color": colour, "linewidth": 1.4, "linestyle": dashes}
-        (lines[word],) = axes.plot(values[part], heights[part], **own)
-    for special in branch.special:
+        (lines[word],) = axes.plot(*path[begin : end + 1].T, **own)
+    for special, height in zip(branch.special, _heights(branch, name), strict=True):
         marker, word = MARKERS[special.kind]
-        sides = slice(special.index, special.index + 2)
-        height = float(np.interp(special.value, *_ascending(values[sides], heights[sides])))
         look = {"marker": marker, "markersize": 5.0, "markerfacecolor": PAPER, "linestyle": ""}
         look |= {"color": colour, "markeredgecolor": colour, "markeredgewidth": 1.1, "zorder": 3}
         (lines[word],) = axes.plot([special.value], [height], **look)
     return lines
 
 
-def _ascending(values: np.ndarray, heights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    order = np.argsort(values)
-    return values[order], heights[order]
+def _path(branch: StateBranch, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """(k, 2): the states of a branch with its special points, and whether each piece is stable."""
+    points = np.column_stack([branch.values, _values(branch, name)])
+    marks = [
+        (special.value, height)
+        for special, height in zip(branch.special, _heights(branch, name), strict=True)
+    ]
+    after = [special.index + 1 for special in branch.special]
+    path = np.insert(points, after, marks, axis=0) if marks else points
+    ends = (
+        np.insert(branch.is_stable, after, branch.is_stable[after]) if marks else branch.is_stable
+    )
+    return path, ends[:-1]
+
+
+def _heights(branch: StateBranch, name: str) -> list[float]:
+    """What is drawn of a branch at its special points, between the states next to them."""
+    heights, found = _values(branch, name), []
+    for special in branch.special:
+        sides = slice(special.index, special.index + 2)
+        order = np.argsort(branch.values[sides])
+        found.append(
+            float(np.interp(special.value, branch.values[sides][order], heights[sides][order]))
+        )
+    return found

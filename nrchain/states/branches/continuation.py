@@ -19,7 +19,7 @@ from nrchain.run.interruption import Interruption, deferred
 from nrchain.scene.scene import Scene
 from nrchain.states.branches.branch import Record, SpecialPoint, StateBranch, distance_from_line
 from nrchain.states.branches.curve import Direction
-from nrchain.states.branches.events import FOLD, Event, events_between, turns_back
+from nrchain.states.branches.events import FOLD, HOPF, Event, events_between, turns_back
 from nrchain.states.branches.file import read_branch, write_branch
 from nrchain.states.branches.follow import LARGEST, Follower, Limits, Place
 from nrchain.states.branches.steady import Steady, SteadyCurve
@@ -281,7 +281,8 @@ class _Driver:
 
     def _root(self, begin: _Begin, place: Place[Steady]) -> list[Place[Steady]]:
         """The special point that a branch leaves; it counts as stable as the branch is there."""
-        if begin.special is None:
+        if begin.special is None or begin.special.kind == HOPF:
+            # a shape that goes round has a rotation also where its amplitude vanishes
             return []
         solution = self.curve.at(begin.special.poses, begin.special.value)
         return [replace(place, solution=solution, exponents=self.curve.exponents(solution))]

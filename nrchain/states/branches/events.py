@@ -159,8 +159,8 @@ class _Step(Generic[S]):
         value = p0 + part * (p1 - p0)
         return _Root(
             length=s0 + part * (s1 - s0),
-            value=value,
-            error=(
+            value=float(value),
+            error=float(
                 abs(p1 - p0) * (s1 - s0) / self._length
                 + abs((p1 - p0) / (f1 - f0)) * rounding
                 + EPSILON * abs(value)
@@ -207,4 +207,4 @@ class _Step(Generic[S]):
             for length, place in nearest
         ]
         error = abs(values[0] - values[1]) + EPSILON * abs(values[0])
-        return replace(found, value=values[0], error=error)
+        return replace(found, value=float(values[0]), error=float(error))

@@ -19,7 +19,7 @@ from nrchain.states.branches.branch import COLUMNS, SpecialPoint, StateBranch
 from nrchain.states.branches.curve import Direction
 from nrchain.states.varied import Line
 from nrchain.trajectory.checked_datasets import damage_errors
-from nrchain.trajectory.file import file_errors, open_file
+from nrchain.trajectory.file import file_errors
 from nrchain.version import __version__
 
 FORMAT = "nrchain branch 1"
@@ -59,9 +59,13 @@ def read_branch(path: Path) -> tuple[StateBranch, dict[str, Any]]:
 
     Raises :class:`~nrchain.errors.TrajectoryError` for a file that is damaged or of another kind.
     """
-    with open_file(path, "r") as file, damage_errors(path):
+    import h5py
+
+    with file_errors(path, "cannot be opened"):
+        opened = h5py.File(path, "r")
+    with opened as file, damage_errors(path):
         if file.attrs.get("format") != FORMAT:
-            raise ValueError(f"it is not of the format {FORMAT!r}")
+            raise ValueError(f"its format is not {FORMAT!r}")
         ranges = {key: tuple(ends) for key, ends in json.loads(file.attrs["ranges"]).items()}
         scene = Scene.from_mapping(read_toml(file.attrs["scene"]))
         parent = json.loads(file.attrs["parent"])

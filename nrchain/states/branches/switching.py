@@ -21,8 +21,8 @@ from nrchain.states.branches.curve import Direction, unit
 from nrchain.states.branches.events import HOPF, Event
 from nrchain.states.branches.steady import Steady, SteadyCurve, critical_vectors
 
-AWAY = 0.02, 0.01, 0.04, 0.005
-"""ε that are tried, in the units of the curve: displacements in d."""
+AWAY = tuple(0.02 * 0.5**k for k in range(7))
+"""ε that are tried, in the units of the curve: displacements in d. p − p* grows as ε²."""
 
 ANGLES = 4
 """Directions that are tried in a quarter of the plane of two null vectors."""
@@ -44,15 +44,19 @@ class Start(NamedTuple):
 def leaving(curve: SteadyCurve, event: Event[Steady]) -> list[Start]:
     """The starts of the branches that leave an event, one of each set of images."""
     directions = list(_directions(curve, event))
+    best: list[Start] = []
     for away in AWAY:
-        found: list[Start] = []
-        for direction in directions:
-            start = _start(curve, event.place.solution, direction, away)
-            if start is not None and not any(_same(curve, start, other, event) for other in found):
-                found.append(start)
-        if found:
-            return found
-    return []
+        tried = [_start(curve, event.place.solution, one, away) for one in directions]
+        starts = [start for start in tried if start is not None]
+        if len(starts) > len(best):
+            best = starts
+        if len(best) == len(directions):
+            break
+    found: list[Start] = []
+    for start in best:
+        if not any(_same(curve, start, other, event) for other in found):
+            found.append(start)
+    return found
 
 
 def _directions(curve: SteadyCurve, event: Event[Steady]) -> Iterator[Direction]:

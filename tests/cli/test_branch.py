@@ -1,0 +1,48 @@
+"""``nrchain branch`` follows states along a key, writes them and draws them."""
+
+import pytest
+from support.command_line import assert_refused, call
+
+import nrchain
+
+SIX = ("--set", "chain.particles=6", "--set", "elasticity.ratio=1e8")
+
+
+def test_branches_are_followed_written_and_drawn(tmp_path):
+    folder = tmp_path / "found"
+    result = call(
+        *("branch", "buckling", "--along", "slip.2s=700:900", *SIX, "--branches", "2"),
+        *("-o", folder),
+    )
+    assert result.exit_code == 0
+    found = nrchain.BranchDiagram.open(folder)
+    special = found.special[0]
+    for part in ("pitchfork", f"{special.value:.9g}", f"{len(found.branches[0])}"):
+        assert part in result.stdout
+    assert (folder / "branches.png").stat().st_size > 10_000
+    again = call(
+        *("branch", "buckling", "--along", "slip.2s=700:900", *SIX, "--branches", "2"),
+        *("-o", folder),
+    )
+    assert again.stdout == result.stdout
+
+
+def test_branches_begin_at_the_end_of_a_run(tmp_path):
+    changes = {"chain.particles": 6, "elasticity.ratio": 1e8, "slip.2s": 900.0}
+    changes |= {"start.amplitude": 0.3, "run.end": 300.0}
+    nrchain.simulate(nrchain.load_scene("buckling", **changes), output=tmp_path / "run")
+    result = call(
+        *("branch", "buckling", "--along", "slip.2s=900:950", *SIX, "--set", "slip.2s=900"),
+        *("--from", tmp_path / "run", "--branches", "1", "-o", tmp_path / "found"),
+    )
+    assert result.exit_code == 0
+    found = nrchain.BranchDiagram.open(tmp_path / "found")
+    assert found.branches[0].amplitude.min() > 0.1
+    assert found.branches[0].is_stable.all()
+
+
+@pytest.mark.parametrize("along", ["slip.2s", "slip.2s=5", "slip.2s=a:b", "slip.2s=1:2:3"])
+def test_a_range_that_is_none_is_refused(along, tmp_path):
+    result = call("branch", "buckling", "--along", along, "-o", tmp_path / "found")
+    assert_refused(result, "--along", along, "KEY=LOW:HIGH")
+    assert not (tmp_path / "found").exists()
