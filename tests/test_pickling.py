@@ -97,6 +97,8 @@ def diagram():
     return nrchain.phases(
         short, ("slip.2s", 0.0, 3000.0, 2), ("slip.3t", 0.0, 9.0, 2), "random", levels=0
     )
+
+
 def branches():
     small = nrchain.load_scene("buckling", **{"chain.particles": 6})
     return nrchain.continue_state(small, {"slip.2s": (400.0, 900.0)}, branches=1)

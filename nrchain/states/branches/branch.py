@@ -111,15 +111,15 @@ class StateBranch:
     line: Line
     values: np.ndarray
     positions: np.ndarray
-    frames: np.ndarray
+    frames: np.ndarray = field(repr=False)
     velocity: np.ndarray
     rotation: np.ndarray
-    turn: np.ndarray
+    turn: np.ndarray = field(repr=False)
     rates: np.ndarray
     unstable: np.ndarray
-    errors: np.ndarray
-    steps: np.ndarray
-    lengths: np.ndarray
+    errors: np.ndarray = field(repr=False)
+    steps: np.ndarray = field(repr=False)
+    lengths: np.ndarray = field(repr=False)
     special: tuple[SpecialPoint, ...]
     reason: str
     parent: tuple[int, int] | None
