@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from nrchain.comoving.dense import all_modes
+from nrchain.comoving.relative import RelativeChain
 from nrchain.errors import SceneError
 from nrchain.scene.scene import Scene
-from nrchain.states.dense import all_modes
-from nrchain.states.relative import RelativeChain
 from nrchain.states.search import state_near
 from nrchain.theory.dispersion import Dispersion
 from nrchain.theory.lattice import Branch

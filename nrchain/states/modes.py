@@ -6,7 +6,7 @@ The error of a rate Λ has three parts: rounding of the entries of J, ε |ℓ|�
 quotient, sᴴ (J − Λ)⁻¹ r with the residuals r and s of x and ℓ; and the change of Λ over the last
 correction of the state.
 
-Beyond :data:`nrchain.states.relative.DENSE` spheres with interactions of all pairs there are no
+Beyond :data:`nrchain.comoving.relative.DENSE` spheres with interactions of all pairs there are no
 left modes: they and κ are NaN, and the residual stands for the second part of the error, as for
 modes that are orthogonal.
 """
@@ -18,9 +18,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from nrchain.states.bordered import Bordered
-from nrchain.states.dense import EPSILON
-from nrchain.states.relative import Point
+from nrchain.comoving.bordered import Bordered
+from nrchain.comoving.dense import EPSILON
+from nrchain.comoving.relative import Point
 from nrchain.wording import brief
 
 ITERATIONS = 4
@@ -62,7 +62,7 @@ class Mode:
     residual
         ‖J x − Λ x‖.
     vectors
-        x and ℓ (n, k) in the coordinates of :mod:`nrchain.states.relative`.
+        x and ℓ (n, k) in the coordinates of :mod:`nrchain.comoving.relative`.
     """
 
     rate: complex

@@ -1,7 +1,7 @@
 """J δ = −G, r ← r + u, R ← cay(φ) R: Newton's method for states of rest and of steady motion.
 
 The unknowns are the poses and the motion of the chain as a whole (V, Ω, turn about e₁). The motion
-is the one that fits the twists best at each iterate (:mod:`nrchain.states.relative`); its change
+is the one that fits the twists best at each iterate (:mod:`nrchain.comoving.relative`); its change
 within a step is of second order, so that convergence is quadratic. The gauge is fixed by Qᵀ δ = 0:
 no step moves the chain as a whole.
 
@@ -17,10 +17,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nrchain.comoving.bordered import Bordered
+from nrchain.comoving.motions import Motion
+from nrchain.comoving.relative import Point, RelativeChain
 from nrchain.scene.scene import Scene
-from nrchain.states.bordered import Bordered
-from nrchain.states.motions import Motion
-from nrchain.states.relative import Point, RelativeChain
 from nrchain.types import Poses
 from nrchain.wording import brief
 

@@ -1,6 +1,6 @@
 """(1/h − J) δ = G: implicit Euler steps that follow a chain loosely to a state that attracts it.
 
-G and J are those of :mod:`nrchain.states.relative`: motions of the chain as a whole are taken out.
+G and J are those of :mod:`nrchain.comoving.relative`: motions of the whole chain are taken out.
 A step may be long where all modes decay, and becomes a step of Newton's method as h → ∞. Along a
 mode of rate Λ the step is δ = h G/(1 − hΛ). For real Λ > 1/h it goes backward, to the unstable
 state that the chain leaves. Such steps have δ·G < 0 once the mode outweighs those that decay, and
@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from nrchain.states.bordered import Bordered
-from nrchain.states.relative import Point
+from nrchain.comoving.bordered import Bordered
+from nrchain.comoving.relative import Point
 
 STEPS = 400
 """Most steps, and most attempts."""

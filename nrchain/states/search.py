@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from nrchain.comoving.relative import Point, RelativeChain
 from nrchain.errors import SceneError
 from nrchain.geometry.near_pairs import closest_pair
 from nrchain.inputs.arguments import finite_array, rotations
@@ -17,7 +18,6 @@ from nrchain.motion.contact import contact_distance, has_rotational_springs, mos
 from nrchain.scene.scene import Scene
 from nrchain.scene.unwrapping import unwrapped_chain
 from nrchain.states.newton import SteadyState, find_steady_state
-from nrchain.states.relative import Point, RelativeChain
 from nrchain.theory.line_loads import refuse_bending, straight_poses
 from nrchain.theory.straight_state import straight_state
 from nrchain.types import Poses

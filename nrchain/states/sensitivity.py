@@ -13,12 +13,12 @@ from collections.abc import Callable
 
 import numpy as np
 
+from nrchain.comoving.bordered import Bordered
+from nrchain.comoving.motions import fields, moved
+from nrchain.comoving.relative import Point, RelativeChain
 from nrchain.scene.scene import Scene
-from nrchain.states.bordered import Bordered
 from nrchain.states.modes import Mode, shape_product
-from nrchain.states.motions import fields, moved
 from nrchain.states.parameters import Parameter
-from nrchain.states.relative import Point, RelativeChain
 from nrchain.types import Poses
 
 STEP = 1e-4

@@ -1,7 +1,7 @@
 """Λ of J about a state: growth, modes, sensitivities and transient growth of a finite chain.
 
 :func:`spectrum` finds the state first (:mod:`nrchain.states.newton`), then the eigenvalues of the
-matrix of small changes in axes that go along with the chain (:mod:`nrchain.states.relative`). The
+matrix of small changes in axes that go along with the chain (:mod:`nrchain.comoving.relative`). The
 motions of the chain as a whole are set apart: a free chain has six, with rates 0 and, if it spins
 at Ω, ±iΩ.
 """
@@ -14,16 +14,17 @@ from typing import Any
 
 import numpy as np
 
+from nrchain.comoving import dense, krylov
+from nrchain.comoving.bordered import Bordered
+from nrchain.comoving.motions import NAMES, TURN
+from nrchain.comoving.relative import Point, RelativeChain
 from nrchain.errors import SceneError
 from nrchain.scene.loading import require_chosen
 from nrchain.scene.scene import Scene
-from nrchain.states import dense, krylov, sensitivity, transient
-from nrchain.states.bordered import Bordered
+from nrchain.states import sensitivity, transient
 from nrchain.states.modes import Mode, modes_of
-from nrchain.states.motions import NAMES, TURN
 from nrchain.states.newton import SteadyState
 from nrchain.states.parameters import parameters
-from nrchain.states.relative import Point, RelativeChain
 from nrchain.states.search import start_name, state_near
 from nrchain.states.transient import Transient
 from nrchain.theory.line_loads import straight_poses

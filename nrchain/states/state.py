@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
+from nrchain.comoving.motions import moved
+from nrchain.comoving.relative import Point, RelativeChain
 from nrchain.effects.base import Effect
 from nrchain.errors import SceneError
 from nrchain.inputs.rules import is_number
 from nrchain.scene.scene import Scene
-from nrchain.states.motions import moved
 from nrchain.states.newton import SteadyState, largest_change, solve
-from nrchain.states.relative import Point, RelativeChain
 from nrchain.states.relaxation import relax
 from nrchain.states.search import given_poses, refuse_out_of_reach, start_name, state_near
 from nrchain.states.spectrum import MODES, Spectrum, require_states, spectrum_about

@@ -1,6 +1,6 @@
 """ω(J) and max_t ‖exp(J t)‖: how far a stable chain amplifies small changes of its shape.
 
-The norm is that of :mod:`nrchain.states.relative`: √(Σ |u_i|² + (4a²/3) |φ_i|²) over changes of
+The norm is that of :mod:`nrchain.comoving.relative`: √(Σ |u_i|² + (4a²/3) |φ_i|²) over changes of
 shape, in which passive chains with one-body friction decay from the start. ω(J), the numerical
 abscissa, is the largest growth rate of the norm at t = 0. Where modes are not orthogonal, small
 changes may grow for a while although every mode decays.
@@ -20,8 +20,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nrchain.states.dense import parts, shape_matrix
-from nrchain.states.relative import Point
+from nrchain.comoving.dense import parts, shape_matrix
+from nrchain.comoving.relative import Point
 
 SPHERES = 500
 """Spheres of the longest chain whose exponential is computed."""

@@ -10,7 +10,7 @@ import pytest
 import nrchain
 from nrchain import measure
 from nrchain.analysis.measure.attractors.alignment import distances, first_inside
-from nrchain.states.relative import RelativeChain
+from nrchain.comoving.relative import RelativeChain
 
 
 def scene(name="buckling", **changes):

@@ -9,13 +9,13 @@ import pytest
 from support.poses import rigid_motion
 
 import nrchain
+from nrchain.comoving.motions import moved
+from nrchain.comoving.relative import RelativeChain
 from nrchain.errors import SceneError
 from nrchain.states.cycles.carrying import carry, fit, rates
 from nrchain.states.cycles.charts import chart
 from nrchain.states.cycles.newton import solve
 from nrchain.states.cycles.system import Condensed, System
-from nrchain.states.motions import moved
-from nrchain.states.relative import RelativeChain
 
 TIGHT = {"run.rtol": 1e-10, "run.atol": 1e-10, "run.integrator": "radau"}
 MIX = {

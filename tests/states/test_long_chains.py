@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import nrchain
-from nrchain.states import dense, krylov, relative, transient
+from nrchain.comoving import dense, krylov, relative
 from nrchain.states import spectrum as spectra
+from nrchain.states import transient
 from nrchain.states.newton import find_steady_state
 from nrchain.theory.line_loads import straight_poses
 

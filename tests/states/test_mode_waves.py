@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import nrchain
+from nrchain.comoving.relative import RelativeChain
 from nrchain.errors import SceneError
-from nrchain.states.relative import RelativeChain
 from nrchain.states.search import state_near
 
 OTHER = {"chain.radius": 1.3, "chain.spacing": 7.0, "chain.viscosity": 1.7, "elasticity.ratio": 1e7}

@@ -9,11 +9,11 @@ from scipy.optimize import linear_sum_assignment
 from support.poses import pose_derivative, random_chain, rigid_motion
 
 import nrchain
+from nrchain.comoving.motions import moved
+from nrchain.comoving.relative import RelativeChain
 from nrchain.errors import SceneError
 from nrchain.motion.model import Model
-from nrchain.states.motions import moved
 from nrchain.states.newton import find_steady_state
-from nrchain.states.relative import RelativeChain
 from nrchain.states.spectrum import spectrum
 
 UNITS = {"chain.radius": 1.3, "chain.viscosity": 0.7, "chain.spacing": 6.0}

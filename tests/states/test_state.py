@@ -7,8 +7,8 @@ import pytest
 from support.poses import rigid_motion
 
 import nrchain
+from nrchain.comoving.motions import moved
 from nrchain.errors import SceneError
-from nrchain.states.motions import moved
 from nrchain.states.state import _nudged
 
 UNITS = {"chain.radius": 1.3, "chain.viscosity": 0.7, "chain.spacing": 9.0}

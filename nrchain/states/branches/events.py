@@ -17,9 +17,9 @@ from typing import Generic
 
 import numpy as np
 
+from nrchain.comoving.dense import EPSILON
 from nrchain.states.branches.curve import Curve, S
 from nrchain.states.branches.follow import Follower, Place
-from nrchain.states.dense import EPSILON
 
 FOLD, PITCHFORK, TRANSCRITICAL, HOPF = "fold", "pitchfork", "transcritical", "Hopf"
 

@@ -13,17 +13,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nrchain.comoving import dense, krylov
+from nrchain.comoving.bordered import Bordered, Edge
+from nrchain.comoving.motions import fields, moved
+from nrchain.comoving.relative import Point, RelativeChain
 from nrchain.errors import SceneError
 from nrchain.motion.model import Model
 from nrchain.scene.scene import Scene
-from nrchain.states import dense, krylov
-from nrchain.states.bordered import Bordered, Edge
 from nrchain.states.branches.curve import Corrected, Direction, unit
 from nrchain.states.branches.events import HOPF, PITCHFORK, TRANSCRITICAL
 from nrchain.states.modes import NOISE, modes_of
-from nrchain.states.motions import fields, moved
 from nrchain.states.newton import ACCEPTED, CONVERGED, SteadyState, largest_change
-from nrchain.states.relative import Point, RelativeChain
 from nrchain.states.search import refuse_out_of_reach
 from nrchain.states.varied import Line
 from nrchain.types import Poses

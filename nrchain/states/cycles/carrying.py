@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nrchain.comoving.motions import TURN
+from nrchain.comoving.relative import RelativeChain, orthonormal_motions
 from nrchain.effects.base import cross_matrix
 from nrchain.states.cycles.charts import chart
 from nrchain.states.cycles.orbit import FIRST, Orbit, orbit_of
-from nrchain.states.motions import TURN
-from nrchain.states.relative import RelativeChain, orthonormal_motions
 from nrchain.types import Poses
 
 ANGLES = 16

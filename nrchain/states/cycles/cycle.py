@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from nrchain.comoving.relative import RelativeChain
 from nrchain.errors import SceneError
 from nrchain.inputs.rules import is_number
 from nrchain.motion.integrators.radau_tableau import RUNGE_KUTTA
@@ -22,7 +23,6 @@ from nrchain.states.cycles.multipliers import (
 )
 from nrchain.states.cycles.orbit import FIRST, Orbit
 from nrchain.states.cycles.recurrence import STILL, orbit_from_run
-from nrchain.states.relative import RelativeChain
 from nrchain.states.spectrum import require_states
 from nrchain.trajectory.trajectory import Trajectory
 from nrchain.types import Poses

@@ -15,9 +15,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from nrchain.comoving.relative import RelativeChain
 from nrchain.motion.integrators.radau_tableau import RUNGE_KUTTA
 from nrchain.states.cycles.charts import chart, inverse_tangents, rate_derivatives
-from nrchain.states.relative import RelativeChain
 from nrchain.types import Poses
 
 REACH = 200

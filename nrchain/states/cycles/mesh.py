@@ -16,10 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nrchain.comoving.relative import RelativeChain
 from nrchain.states.cycles.newton import solve
 from nrchain.states.cycles.orbit import Orbit
 from nrchain.states.cycles.system import Condensed
-from nrchain.states.relative import RelativeChain
 
 MOST = 1024
 """Most intervals."""

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nrchain.comoving.motions import NAMES, TURN
 from nrchain.effects.base import cross_matrix
 from nrchain.states.cycles.system import Condensed
-from nrchain.states.motions import NAMES, TURN
 from nrchain.wording import brief
 
 NEGLIGIBLE = 1e-12

@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 
+from nrchain.comoving.relative import RelativeChain
 from nrchain.states.cycles.orbit import Orbit
 from nrchain.states.cycles.system import Change, Condensed, System
 from nrchain.states.newton import ACCEPTED, CONVERGED, LARGEST, LEAST_DAMPING
-from nrchain.states.relative import RelativeChain
 
 STEPS = 40
 """Most steps."""

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nrchain.comoving.motions import moved
 from nrchain.motion.integrators.radau_tableau import NODES, cubics
 from nrchain.states.cycles.charts import chart
-from nrchain.states.motions import moved
 from nrchain.types import Poses, PosesAt
 
 CUBICS = cubics(NODES)
@@ -31,7 +31,7 @@ class Orbit:
     period
         T.
     elementary
-        (7,) rates of the elementary motions of the axes (:mod:`nrchain.states.motions`).
+        (7,) rates of the elementary motions of the axes (:mod:`nrchain.comoving.motions`).
     widths
         (M,) of the intervals, as fractions of T.
     positions, frames

@@ -12,6 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nrchain.comoving.motions import moved
+from nrchain.comoving.relative import RelativeChain
 from nrchain.errors import SceneError, SceneWarning
 from nrchain.run.simulation import simulate
 from nrchain.scene.loading import load_scene
@@ -19,8 +21,6 @@ from nrchain.scene.scene import Scene
 from nrchain.states.cycles.carrying import carry, fit, rates
 from nrchain.states.cycles.charts import chart
 from nrchain.states.cycles.orbit import FIRST, Orbit, orbit_of
-from nrchain.states.motions import moved
-from nrchain.states.relative import RelativeChain
 from nrchain.trajectory.trajectory import Trajectory
 from nrchain.types import Poses
 

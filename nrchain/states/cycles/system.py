@@ -19,11 +19,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nrchain.comoving.motions import moved
+from nrchain.comoving.relative import RelativeChain, orthonormal_motions
 from nrchain.motion.integrators.radau_tableau import RUNGE_KUTTA
 from nrchain.states.cycles.interval import Interval
 from nrchain.states.cycles.orbit import Orbit
-from nrchain.states.motions import moved
-from nrchain.states.relative import RelativeChain, orthonormal_motions
 
 STILL = 1e-7
 """Axes in which all spheres move less than this fraction of a link's motion hold a state."""

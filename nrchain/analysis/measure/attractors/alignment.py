@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from nrchain.states.motions import TURN
-from nrchain.states.relative import RelativeChain
+from nrchain.comoving.motions import TURN
+from nrchain.comoving.relative import RelativeChain
 
 RANK = 1e-9
 """A motion takes part if it is more than this fraction of the largest."""

@@ -22,12 +22,12 @@ from nrchain.analysis.measure.attractors.shapes import Series
 from nrchain.analysis.measure.attractors.steady import steady_attractor
 from nrchain.analysis.measure.line_fit import Estimate
 from nrchain.analysis.measured_chain import MeasurementError, positions_of, require_trajectory
+from nrchain.comoving.relative import RelativeChain
 from nrchain.errors import SceneError
 from nrchain.notices import ignore
 from nrchain.outcome import Cause
 from nrchain.run.preparation import check_start
 from nrchain.run.simulation import simulate_in_memory
-from nrchain.states.relative import RelativeChain
 from nrchain.trajectory.trajectory import Trajectory
 
 STOPS = {Cause.TOUCH: Attracted.TOUCHING, Cause.TURN: Attracted.TORN, Cause.CHART: Attracted.TORN}

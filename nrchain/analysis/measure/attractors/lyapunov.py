@@ -23,8 +23,8 @@ from scipy.sparse.linalg import splu
 
 from nrchain.analysis.measure.line_fit import Estimate, first_snapshot
 from nrchain.analysis.measured_chain import MeasurementError, positions_of, require_trajectory
+from nrchain.comoving.relative import DENSE, Point, RelativeChain
 from nrchain.effects.base import cross_matrix
-from nrchain.states.relative import DENSE, Point, RelativeChain
 from nrchain.trajectory.trajectory import Trajectory
 
 STAGE = 1.0 - math.sqrt(0.5)
@@ -73,7 +73,7 @@ def lyapunov(trajectory: Trajectory, start: float | None = None) -> Estimate:
 
 
 def _tangent(point: Point):  # type: ignore[no-untyped-def]
-    """J (n, n) in the coordinates of :mod:`nrchain.states.relative`, in axes at rest."""
+    """J (n, n) in the coordinates of :mod:`nrchain.comoving.relative`, in axes at rest."""
     chain = point.chain
     if point.matrix is None:
         raise MeasurementError(f"chain.particles: at most {DENSE} with interactions of all pairs")

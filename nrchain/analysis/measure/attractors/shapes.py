@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from nrchain.analysis.measure.attractors.alignment import span
-from nrchain.states.motions import TURN, moved
-from nrchain.states.relative import RelativeChain
+from nrchain.comoving.motions import TURN, moved
+from nrchain.comoving.relative import RelativeChain
 from nrchain.types import Poses
 
 NUDGE = 1e-6

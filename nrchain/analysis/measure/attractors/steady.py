@@ -13,12 +13,12 @@ import numpy as np
 from nrchain.analysis.handedness import handedness
 from nrchain.analysis.measure.attractors.alignment import distances, first_inside
 from nrchain.analysis.measure.attractors.kinds import Attracted, Attractor
+from nrchain.comoving.relative import RelativeChain
+from nrchain.comoving.stability import leading_rate
 from nrchain.errors import SceneError
 from nrchain.states.newton import SteadyState
-from nrchain.states.relative import RelativeChain
 from nrchain.states.search import state_near
 from nrchain.states.spectrum import require_states
-from nrchain.states.stability import leading_rate
 from nrchain.trajectory.trajectory import Trajectory
 
 SETTLED = 1e-3

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nrchain.states.relative import Point
+from nrchain.comoving.relative import Point
 
 Solve = Callable[[np.ndarray], np.ndarray]
 
@@ -44,7 +44,7 @@ class Bordered:
 
     With an ``edge``, :meth:`solve_with` solves for one more unknown. With ``by_products``,
     interactions of all pairs are taken by products, as for single solutions, and there is no
-    adjoint. Otherwise their matrix is factorised up to :data:`nrchain.states.relative.DENSE`
+    adjoint. Otherwise their matrix is factorised up to :data:`nrchain.comoving.relative.DENSE`
     spheres.
     """
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from nrchain.states import dense, krylov
-from nrchain.states.relative import Point
+from nrchain.comoving import dense, krylov
+from nrchain.comoving.relative import Point
 
 WHOLE = 60
 """Spheres up to which all eigenvalues are computed, in less than 0.1 s. Beyond, those near the axes

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from nrchain.states.bordered import Bordered
-from nrchain.states.dense import in_order
-from nrchain.states.relative import Point
+from nrchain.comoving.bordered import Bordered
+from nrchain.comoving.dense import in_order
+from nrchain.comoving.relative import Point
 
 NEAREST = 12
 """Eigenvalues that are computed about each shift."""

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from nrchain.states.relative import Point
+from nrchain.comoving.relative import Point
 
 EPSILON = float(np.finfo(float).eps)
 

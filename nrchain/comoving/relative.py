@@ -1,7 +1,7 @@
 """G(X) = w(X) − g(X): the twists of a chain less its motion as a whole, and their derivative J.
 
 w are the twists of the spheres and g the motion of the chain as a whole that fits them best
-(:mod:`nrchain.states.motions`). A chain is in a state of rest or of steady motion where G = 0.
+(:mod:`nrchain.comoving.motions`). A chain is in a state of rest or of steady motion where G = 0.
 There J = ∂G/∂(u, φ) at fixed V, Ω, s is the matrix of small changes in axes that go along with the
 chain:
 
@@ -26,10 +26,10 @@ from typing import Any
 
 import numpy as np
 
+from nrchain.comoving.motions import INDEPENDENT, TURN, Motion, allowed_motions, fields, moved
 from nrchain.effects.base import cross_matrix
 from nrchain.motion.model import Model
 from nrchain.scene.scene import Scene
-from nrchain.states.motions import INDEPENDENT, TURN, Motion, allowed_motions, fields, moved
 from nrchain.theory.line_loads import from_blocks
 from nrchain.types import Poses
 
@@ -101,7 +101,7 @@ class Point:
     residual
         G (n,), in coordinates.
     elementary, motion
-        g, as rates (7,) of the elementary motions and as :class:`~nrchain.states.motions.Motion`:
+        g, as rates (7,) of the elementary motions and as :class:`~nrchain.comoving.motions.Motion`:
         the one that fits best, unless rates are given.
     columns
         (n, 7), the elementary motions.
