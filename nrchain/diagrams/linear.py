@@ -24,7 +24,7 @@ TIMES = 40.0
 SLOWEST = 10.0
 """Largest 1/|Re Λ₁| that a run waits for, in units of the median over the coarse grid."""
 
-LONGER, LONGEST = 8.0, 2000.0
+LONGER, LONGEST = 5.0, 3000.0
 """How much longer a second run is, after one that has not settled, and how much at most."""
 
 A_PERIOD = 24
@@ -95,17 +95,16 @@ class Length:
     is_capped: bool = False
     most: float = math.inf
 
-    def longer(self, growth: float) -> Length | None:
+    def longer(self, growth: float | None = None) -> Length | None:
         """The length of another run, after one of this length that has not settled.
 
-        ``growth`` is Re Λ₁ of the state near which it ends, if that is stable: the run then lasts
-        :data:`TIMES` times 1/|Re Λ₁| longer. Otherwise it lasts :data:`LONGER` times as long. None
-        if it may not last longer.
+        It is :data:`LONGER` times as long. ``growth`` is Re Λ₁ of the state that is found from its
+        end. If this state is stable, or so slowly left that the run has not shown it, the next run
+        lasts at least :data:`TIMES` times 1/|Re Λ₁| longer. None if it may not last longer.
         """
-        end = LONGER * self.end
-        if growth < 0.0:
-            end = max(2.0 * self.end, self.end + TIMES / abs(growth))
-        snapshots = self.snapshots if growth < 0.0 else math.ceil(LONGER * self.snapshots)
+        end, snapshots = LONGER * self.end, math.ceil(LONGER * self.snapshots)
+        if growth and growth * self.end < 1.0 and self.end + TIMES / abs(growth) > end:
+            end, snapshots = self.end + TIMES / abs(growth), self.snapshots
         allowed = min(end, self.most, LONGEST * self.end)
         if allowed < 1.5 * self.end:
             return None

@@ -157,13 +157,15 @@ def run_trial(
     A run that has not settled in its length is made again with a longer one.
     """
     done = simulated(scene, start, length, interruption)
-    found, steps, seconds = measure.attractor(done), _steps(done), _seconds(done)
+    found, steps, seconds = measure.attractor(done, further=False), _steps(done), _seconds(done)
     longer = _longer(done, length) if found.kind.value == UNSETTLED else None
     if longer is not None:
         length = longer
         done = simulated(scene, start, length, interruption)
         found = measure.attractor(done)
         steps, seconds = steps + _steps(done), seconds + _seconds(done)
+    elif found.kind.value == UNSETTLED:
+        found = measure.attractor(done)
     return {
         "kind": found.kind.value,
         "since": found.since,
@@ -184,7 +186,7 @@ def _longer(done: Trajectory, length: Length) -> Length | None:
     try:
         state = find_state(done.scene, done, modes=1)
     except NrchainError:
-        return length.longer(0.0)
+        return length.longer()
     return length.longer(state.spectrum.leading.growth)
 
 

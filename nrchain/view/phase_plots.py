@@ -56,8 +56,8 @@ THRESHOLDS: dict[bool, dict[str, Any]] = {
     True: {"linestyle": (0, (4, 2)), "label": "straight chain flutters"},
 }
 
-MARKER = 14.0
-"""Area of a marker, in square points, where the distance of points allows it."""
+MARKER, CROWDED = 14.0, 800
+"""Area of a marker, in square points, and number of points from which on it is smaller."""
 
 
 def draw_phases(diagram: PhaseDiagram, path: str | Path) -> Path:
@@ -114,7 +114,7 @@ def _draw_regions(axes: Any, diagram: PhaseDiagram) -> list[tuple[Any, str]]:
             if site in kinds:
                 corners = _quarter(plane, site, (0.5 - a) * side, (0.5 - b) * side)
                 quarters.setdefault(kinds[site], []).append(corners)
-    size = min(MARKER, MARKER * (40.0 / len(diagram.points) ** 0.5) ** 2)
+    size = MARKER * min(1.0, CROWDED / max(len(diagram.points), 1))
     entries = []
     for own in sorted(quarters, key=lambda one: (len(one), one)):
         fill = _fill(own)

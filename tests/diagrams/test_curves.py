@@ -7,7 +7,7 @@ import pytest
 
 import nrchain
 from nrchain.diagrams.curves import trace
-from nrchain.diagrams.linear import Lengths, Rate
+from nrchain.diagrams.linear import Length, Lengths, Rate
 from nrchain.diagrams.mesh import Mesh
 from nrchain.diagrams.plane import Axis, Plane
 
@@ -109,3 +109,16 @@ def test_runs_last_longer_where_the_straight_chain_is_slow():
     assert turning.end == pytest.approx(40.0 / 0.05 + 40.0 * 2.0 * math.pi / 0.2)
     assert turning.end / (turning.snapshots - 1) < 2.0 * math.pi / 0.4 / 20.0
     assert Lengths(scene, coarse, 100.0).of(coarse[0]).end == 100.0
+
+
+def test_a_second_run_waits_for_the_slow_modes_of_the_state_that_it_nears():
+    first = Length(100.0, 401)
+    assert first.longer().end == 500.0
+    assert first.longer(-0.001).end == pytest.approx(100.0 + 40.0 / 0.001)
+    assert first.longer(0.001).end == first.longer(-0.001).end
+    # a state that the run has left is no reason to wait
+    assert first.longer(0.5).end == 500.0
+    capped = Length(100.0, 401, most=200.0).longer(-0.001)
+    assert capped.end == 200.0
+    assert capped.is_capped
+    assert Length(100.0, 401, most=120.0).longer() is None
