@@ -53,17 +53,19 @@ class RelativeChain:
         (n,) of each coordinate: 1 for displacements, ρ for rotations.
     dimension
         n = 6 · number of free spheres.
+    origin
+        o (3,), about which the chain rotates: by default the mean position of the held spheres, or
+        of all.
     """
 
-    def __init__(self, scene: Scene, poses: Poses) -> None:
+    def __init__(self, scene: Scene, poses: Poses, origin: np.ndarray | None = None) -> None:
         self.scene, self.model = scene, Model(scene)
         held = self.model.held
         self.free = np.flatnonzero(~held)
         self.dimension = 6 * len(self.free)
         self.length = math.sqrt(scene.drag.rotation / scene.drag.translation)
         self.units = np.tile(np.repeat([1.0, self.length], 3), len(self.free))
-        positions = poses[0]
-        self.origin = positions[held].mean(axis=0) if held.any() else positions.mean(axis=0)
+        self.origin = origin_of(self.model, poses[0]) if origin is None else origin
         self.allowed = allowed_motions(scene, self.model, poses, self.origin, self.length)
         # the point about which the model was linearised last
         self.linearised: Point | None = None
@@ -91,6 +93,12 @@ class RelativeChain:
         poses = np.zeros((self.model.count, 6), vector.dtype)
         poses[self.free] = (vector / self.units).reshape(-1, 6)
         return poses
+
+
+def origin_of(model: Model, positions: np.ndarray) -> np.ndarray:
+    """o (3,): the mean position of the held spheres, or of all."""
+    held = model.held
+    return positions[held].mean(axis=0) if held.any() else positions.mean(axis=0)
 
 
 class Point:

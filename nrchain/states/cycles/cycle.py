@@ -118,7 +118,7 @@ class Cycle:
 
     def at(self, time: float) -> Poses:
         """Positions (N, 3) and frames (N, 3, 3) in the lab, at any time."""
-        chain = RelativeChain(self.scene, self.orbit.base(0))
+        chain = RelativeChain(self.scene, self.orbit.base(0), self.origin)
         moved = carry(chain, self.orbit.elementary, time)
         return moved.applied(self.orbit.at(time / self.period), self.origin)
 
@@ -177,7 +177,8 @@ def _begin(scene: Scene, guess: Any) -> tuple[RelativeChain, Orbit]:
     if isinstance(guess, Cycle) and guess.scene.chain.particles == count:
         orbit = guess.orbit
         half = max(FIRST, orbit.count // 2)
-        return RelativeChain(scene, orbit.base(0)), orbit.remeshed(np.full(half, 1.0 / half))
+        chain = RelativeChain(scene, orbit.base(0), guess.origin)
+        return chain, orbit.remeshed(np.full(half, 1.0 / half))
     if isinstance(guess, Trajectory) and guess.scene.chain.particles == count:
         return orbit_from_run(scene, guess)
     raise SceneError("guess", guess, f"must be a trajectory or a cycle of {count} spheres")

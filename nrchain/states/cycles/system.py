@@ -15,6 +15,7 @@ a motion of the axes.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -24,9 +25,6 @@ from nrchain.comoving.relative import RelativeChain, orthonormal_motions
 from nrchain.motion.integrators.radau_tableau import RUNGE_KUTTA
 from nrchain.states.cycles.interval import Interval
 from nrchain.states.cycles.orbit import Orbit
-
-STILL = 1e-7
-"""Axes in which all spheres move less than this fraction of a link's motion hold a state."""
 
 
 class Change(NamedTuple):
@@ -41,22 +39,19 @@ class Change(NamedTuple):
         return float(np.sqrt((self.stages**2).sum(axis=2).mean() + self.numbers @ self.numbers))
 
 
-class Border(NamedTuple):
-    """A further number, and the row that fixes it.
+class Row(NamedTuple):
+    """A further equation: Σ stages · η + numbers · γ = −(what is left).
 
     Attributes
     ----------
-    sources
-        (M, 3, n) ∂G/∂p at the stages, per unit of γ.
-    row
-        (M, 3, n) on the stages.
-    own
-        (c,) on all numbers: the period, the motions of the axes, this one.
+    stages
+        (M, 3, n).
+    numbers
+        (c,) of all numbers: the period, the motions of the axes, the further ones.
     """
 
-    sources: np.ndarray
-    row: np.ndarray
-    own: np.ndarray
+    stages: np.ndarray
+    numbers: np.ndarray
 
 
 class System:
@@ -113,16 +108,18 @@ class System:
 class Condensed:
     """The factors of a system, for several right-hand sides.
 
+    ``sources`` (M, 3, n) are ∂G/∂p at the stages for each further number p.
+
     Attributes
     ----------
     monodromy
         Φ (n, n), from the first pose of the orbit to the first of the next period.
     """
 
-    def __init__(self, system: System, borders: Sequence[Border] = ()) -> None:
-        self.system, self.borders = system, borders
+    def __init__(self, system: System, sources: Sequence[np.ndarray] = ()) -> None:
+        self.system, self._sources = system, sources
         count, n = system.orbit.count, system.chain.dimension
-        self.numbers = 1 + system.motions.shape[1] + len(borders)
+        self.numbers = 1 + system.motions.shape[1] + len(sources)
         self._factors, self._maps = [], np.empty((count, 3 * n, n + self.numbers))
         for k, interval in enumerate(system.intervals):
             factors, begin = interval.factorise()
@@ -136,17 +133,18 @@ class Condensed:
             self._states[k] = state
             state = self._following(k, state)
         self.monodromy = state[:, :n]
-        self._whole = self._bordered(state)
+        whole = state.copy()
+        whole[:, :n] -= np.eye(n)
+        self._whole = np.concatenate([whole, self._fixed()])
 
     def _columns(self, k: int, interval: Interval) -> np.ndarray:
         """(3n, c): what a unit of each number adds to the right-hand side of an interval."""
         system, orbit = self.system, self.system.orbit
         motions = [-(point.columns @ system.motions) / orbit.period for point in interval.points]
-        sources = np.stack(motions)
-        further = [border.sources[k][:, :, None] for border in self.borders]
-        sources = interval.step * interval.turned(np.concatenate([sources, *further], axis=2))
+        further = [source[k][:, :, None] for source in self._sources]
+        sources = np.concatenate([np.stack(motions), *further], axis=2)
         period = orbit.widths[k] / system.speed * interval.rates[:, :, None]
-        rates = np.concatenate([period, sources], axis=2)
+        rates = np.concatenate([period, interval.step * interval.turned(sources)], axis=2)
         return np.einsum("ji,inc->jnc", RUNGE_KUTTA, rates).reshape(-1, self.numbers)
 
     def _following(self, k: int, state: np.ndarray) -> np.ndarray:
@@ -157,60 +155,70 @@ class Condensed:
         out[:, n:] += last[:, n:]
         return out
 
-    def _bordered(self, end: np.ndarray) -> np.ndarray:
-        """The matrix of (δ_0, γ)."""
-        n = self.system.chain.dimension
-        whole = np.zeros((n + self.numbers, n + self.numbers))
-        whole[:n] = end
-        whole[range(n), range(n)] -= 1.0
-        for row, weights in enumerate(self._fixing()):
-            whole[n + row] = np.einsum("kn,knc->c", weights, self._states)
-        first = n + self.numbers - len(self.borders)
-        for row, border in enumerate(self.borders):
-            weights = border.row.reshape(len(border.row), -1)
-            stages = np.zeros(n + self.numbers)
-            for k, weight in enumerate(weights):
-                through = weight @ self._maps[k]
-                stages += through[:n] @ self._states[k]
-                stages[n:] += through[n:]
-            stages[n:] += border.own
-            whole[first + row] = stages
-        return whole
-
-    def _fixing(self) -> list[np.ndarray]:
+    @cached_property
+    def _weights(self) -> list[np.ndarray]:
         """The rows (M, n) on the first poses of intervals: along the orbit, and as a whole."""
         system = self.system
-        count = system.orbit.count
-        columns = [one.points[2].columns @ system.motions for one in system.intervals]
+        columns = np.stack([one.points[2].columns @ system.motions for one in system.intervals])
+        rows = [system.flow / system.speed, *columns.transpose(2, 0, 1)]
         # the last stage of an interval is the first pose of the next
-        rows = [np.roll(system.flow, 1, axis=0) / system.speed]
-        if columns:
-            rows += list(np.roll(np.stack(columns), 1, axis=0).transpose(2, 0, 1))
-        return [row / count for row in rows]
+        return [np.roll(row, 1, axis=0) / system.orbit.count for row in rows]
 
-    def solve(self, defects: np.ndarray, left: Sequence[float] = ()) -> Change:
-        """The change that takes these defects (M, 3, n), and those of the further rows, away."""
+    def _fixed(self) -> np.ndarray:
+        """These rows on (δ_0, γ)."""
+        rows = [np.einsum("kn,knc->c", weights, self._states) for weights in self._weights]
+        return np.stack(rows)
+
+    def _along(self, row: Row) -> np.ndarray:
+        """A further row on (δ_0, γ)."""
+        n = self.system.chain.dimension
+        weights = row.stages.reshape(len(row.stages), 1, -1)
+        through = (weights @ self._maps)[:, 0]
+        out = np.einsum("kn,knc->c", through[:, :n], self._states)
+        out[n:] += through[:, n:].sum(axis=0) + row.numbers
+        return out
+
+    def solve(
+        self, defects: np.ndarray, rows: Sequence[Row] = (), left: Sequence[float] = ()
+    ) -> Change:
+        """The change that takes these defects (M, 3, n), and those of further rows, away."""
         n, count = self.system.chain.dimension, len(defects)
         own = np.stack(
             [-one.solve(row.ravel()) for one, row in zip(self._factors, defects, strict=True)]
         )
+        states, rest = self._forced(own)
+        fixed = [np.sum(weights * states) for weights in self._weights]
+        stages = np.einsum("kmn,kn->km", self._maps[:, :, :n], states) + own
+        further = [
+            value + np.sum(row.stages.reshape(count, -1) * stages)
+            for row, value in zip(rows, left, strict=True)
+        ]
+        whole = np.concatenate([self._whole, *[self._along(row)[None] for row in rows]])
+        found = np.linalg.solve(whole, -np.concatenate([rest, fixed, further]))
+        if not np.isfinite(found).all():
+            raise FloatingPointError("the matrix of an orbit is singular")
+        states = self._states @ found
+        stages += np.einsum("kmn,kn->km", self._maps[:, :, :n], states)
+        stages += self._maps[:, :, n:] @ found[n:]
+        return Change(stages.reshape(count, 3, n), found[n:])
+
+    def _forced(self, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Changes (M, n) of the first poses, and of the end, if the orbit begins as it is."""
+        n, count = self.system.chain.dimension, len(own)
         rest, states = np.zeros(n), np.empty((count, n))
         for k in range(count):
             states[k] = rest
             rest = self._maps[k, 2 * n :, :n] @ rest + own[k, 2 * n :]
-        right = np.zeros(n + self.numbers)
-        right[:n] = -rest
-        for row, weights in enumerate(self._fixing()):
-            right[n + row] = -np.einsum("kn,kn->", weights, states)
-        first = n + self.numbers - len(self.borders)
-        for row, (border, value) in enumerate(zip(self.borders, left, strict=True)):
-            stages = np.stack([self._maps[k, :, :n] @ states[k] for k in range(count)]) + own
-            right[first + row] = -value - np.sum(border.row.reshape(count, -1) * stages)
-        found = np.linalg.solve(self._whole, right)
-        if not np.isfinite(found).all():
-            raise FloatingPointError("the matrix of an orbit is singular")
-        states = states + self._states @ found
-        stages = np.stack(
-            [self._maps[k] @ np.concatenate([states[k], found[n:]]) for k in range(count)]
-        )
-        return Change((stages + own).reshape(count, 3, n), found[n:])
+        return states, rest
+
+    def residual(self, defects: np.ndarray) -> np.ndarray:
+        """r (n,): what defects (M, 3, n) add to the change of the last pose."""
+        rows = zip(self._factors, defects, strict=True)
+        return self._forced(np.stack([-one.solve(row.ravel()) for one, row in rows]))[1]
+
+    def spread(self, change: np.ndarray) -> np.ndarray:
+        """(M, 3, n): the change of all stages that a change (n,) of the first pose grows into."""
+        n = self.system.chain.dimension
+        states = self._states[:, :, :n] @ change
+        stages = np.einsum("kmn,kn->km", self._maps[:, :, :n], states)
+        return stages.reshape(len(states), 3, n)
