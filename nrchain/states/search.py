@@ -98,13 +98,18 @@ def _from_relaxed(scene: Scene) -> SteadyState:
 
 def refuse_out_of_reach(scene: Scene, state: SteadyState) -> None:
     """Raise if spheres overlap in a state, or a link has turned by a quarter: no run gets there."""
-    distance, i, j = closest_pair(state.positions, scene.period)
+    refuse_poses_out_of_reach(scene, *state.poses)
+
+
+def refuse_poses_out_of_reach(scene: Scene, positions: np.ndarray, frames: np.ndarray) -> None:
+    """As :func:`refuse_out_of_reach`, for poses."""
+    distance, i, j = closest_pair(positions, scene.period)
     contact = contact_distance(scene)
     soft = "the loads of the links exceed their stiffness; raise "
     if distance <= contact:
         allowed = f"overlap in the state, {distance:.4g} apart: {soft}elasticity.ratio"
         raise SceneError("at", f"spheres {i} and {j}", allowed)
-    angle, link = most_turned_link(state.frames, scene.chain.ends == "periodic")
+    angle, link = most_turned_link(frames, scene.chain.ends == "periodic")
     if has_rotational_springs(scene) and angle >= 0.5 * np.pi:
         allowed = f"has turned by {angle:.4g} rad in the state: {soft}elasticity.twist and .bend"
         raise SceneError("at", f"link {link}", allowed)

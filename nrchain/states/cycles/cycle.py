@@ -10,7 +10,6 @@ import numpy as np
 from nrchain.comoving.relative import RelativeChain
 from nrchain.errors import SceneError
 from nrchain.inputs.rules import is_number
-from nrchain.motion.integrators.radau_tableau import RUNGE_KUTTA
 from nrchain.scene.scene import Scene
 from nrchain.states.cycles.carrying import carry, is_half_turned, is_turned, twice
 from nrchain.states.cycles.charts import chart
@@ -155,7 +154,23 @@ def find_cycle(
     require_states(scene)
     if not is_number(tolerance) or not tolerance > 0.0:
         raise SceneError("tolerance", tolerance, "must be a positive number")
-    chain, orbit = _begin(scene, guess)
+    return cycle_near(*guessed_orbit(scene, guess), tolerance, modes)
+
+
+def guessed_orbit(scene: Scene, guess: Any) -> tuple[RelativeChain, Orbit]:
+    """The chain and the orbit from which Newton's method begins."""
+    count = scene.chain.particles
+    if isinstance(guess, Cycle) and guess.scene.chain.particles == count:
+        half = max(FIRST, guess.orbit.count // 2)
+        chain = RelativeChain(scene, guess.orbit.base(0), guess.origin)
+        return chain, guess.orbit.remeshed(np.full(half, 1.0 / half))
+    if isinstance(guess, Trajectory) and guess.scene.chain.particles == count:
+        return orbit_from_run(scene, guess)
+    raise SceneError("guess", guess, f"must be a trajectory or a cycle of {count} spheres")
+
+
+def cycle_near(chain: RelativeChain, orbit: Orbit, tolerance: float, modes: int) -> Cycle:
+    """The cycle near an orbit; see :func:`find_cycle`."""
     try:
         with np.errstate(all="ignore"):
             found = _found(chain, orbit, tolerance)
@@ -169,19 +184,6 @@ def find_cycle(
         raise SceneError("guess", "the guess", allowed)
     _refuse_state(found)
     return cycle_of(found, modes)
-
-
-def _begin(scene: Scene, guess: Any) -> tuple[RelativeChain, Orbit]:
-    """The chain and the orbit from which Newton's method begins."""
-    count = scene.chain.particles
-    if isinstance(guess, Cycle) and guess.scene.chain.particles == count:
-        orbit = guess.orbit
-        half = max(FIRST, orbit.count // 2)
-        chain = RelativeChain(scene, orbit.base(0), guess.origin)
-        return chain, orbit.remeshed(np.full(half, 1.0 / half))
-    if isinstance(guess, Trajectory) and guess.scene.chain.particles == count:
-        return orbit_from_run(scene, guess)
-    raise SceneError("guess", guess, f"must be a trajectory or a cycle of {count} spheres")
 
 
 def _found(chain: RelativeChain, orbit: Orbit, tolerance: float) -> Refined | None:
@@ -214,8 +216,6 @@ def cycle_of(found: Refined, modes: int) -> Cycle:
     values, vectors = multipliers(found.fine, neutral, modes)
     coarse = multipliers(found.coarse, trivial_multipliers(found.coarse)[1], modes)[0]
     motion = chain.motion(orbit.elementary)
-    weights = orbit.widths[:, None] * RUNGE_KUTTA[2]
-    mean = np.einsum("kj,kjnp->np", weights, orbit.positions)
     return Cycle(
         scene=chain.scene,
         period=float(orbit.period),
@@ -225,7 +225,7 @@ def cycle_of(found: Refined, modes: int) -> Cycle:
         rotation=motion.rotation,
         turn=motion.turn,
         origin=chain.origin,
-        amplitude=float(np.linalg.norm(orbit.positions - mean, axis=-1).max()),
+        amplitude=orbit.amplitude,
         multipliers=values,
         multiplier_error=max(largest_difference(values, coarse), trivial.error),
         modes=np.stack([chain.poses(vector) for vector in vectors.T]),

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nrchain.comoving.motions import moved
-from nrchain.motion.integrators.radau_tableau import NODES, cubics
+from nrchain.motion.integrators.radau_tableau import NODES, RUNGE_KUTTA, cubics
 from nrchain.states.cycles.charts import chart
+from nrchain.comoving.motions import moved
 from nrchain.types import Poses, PosesAt
 
 CUBICS = cubics(NODES)
@@ -54,6 +54,17 @@ class Orbit:
     def starts(self) -> np.ndarray:
         """(M,) where intervals begin, as fractions of T."""
         return np.concatenate([[0.0], np.cumsum(self.widths)[:-1]])
+
+    @property
+    def excursions(self) -> np.ndarray:
+        """(M, 3, N, 3): positions less their mean over the period."""
+        weights = self.widths[:, None] * RUNGE_KUTTA[2]
+        return self.positions - np.einsum("kj,kjnp->np", weights, self.positions)
+
+    @property
+    def amplitude(self) -> float:
+        """Largest distance of a sphere from its mean position."""
+        return float(np.linalg.norm(self.excursions, axis=-1).max())
 
     def base(self, k: int) -> Poses:
         """The first pose of an interval."""

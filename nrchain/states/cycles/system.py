@@ -20,11 +20,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nrchain.comoving.motions import moved
-from nrchain.comoving.relative import RelativeChain, orthonormal_motions
 from nrchain.motion.integrators.radau_tableau import RUNGE_KUTTA
 from nrchain.states.cycles.interval import Interval
 from nrchain.states.cycles.orbit import Orbit
+from nrchain.comoving.motions import moved
+from nrchain.comoving.relative import RelativeChain, orthonormal_motions
+from nrchain.types import Poses
 
 
 class Change(NamedTuple):
@@ -95,14 +96,20 @@ class System:
     def changed(self, change: Change, damping: float = 1.0) -> Orbit:
         """The orbit moved by a change."""
         orbit, numbers = self.orbit, damping * change.numbers
-        positions, frames = np.empty_like(orbit.positions), np.empty_like(orbit.frames)
-        for k, row in enumerate(damping * change.stages):
-            for j, stage in enumerate(row):
-                pose = orbit.positions[k, j], orbit.frames[k, j]
-                positions[k, j], frames[k, j] = moved(*pose, self.chain.poses(stage))
+        positions, frames = displaced(self.chain, orbit, damping * change.stages)
         period = orbit.period + float(numbers[0]) / self.speed
         drift = self.motions @ numbers[1 : 1 + self.motions.shape[1]] / orbit.period
         return Orbit(period, orbit.elementary + drift, orbit.widths, positions, frames)
+
+
+def displaced(chain: RelativeChain, orbit: Orbit, stages: np.ndarray) -> Poses:
+    """The poses of an orbit, changed by coordinates (M, 3, n)."""
+    positions, frames = np.empty_like(orbit.positions), np.empty_like(orbit.frames)
+    for k, row in enumerate(stages):
+        for j, stage in enumerate(row):
+            pose = orbit.positions[k, j], orbit.frames[k, j]
+            positions[k, j], frames[k, j] = moved(*pose, chain.poses(stage))
+    return positions, frames
 
 
 class Condensed:

@@ -1,0 +1,277 @@
+"""continue_cycle: cycles along a number of the scene, and where they change."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from nrchain.errors import SceneError
+from nrchain.inputs.rules import number, whole
+from nrchain.scene.scene import Scene
+from nrchain.states.branches.branch import SpecialPoint
+from nrchain.states.branches.curve import Direction
+from nrchain.states.branches.events import HOPF, Event, events_between
+from nrchain.states.branches.follow import LARGEST, Follower, Limits, Place
+from nrchain.states.branches.steady import SteadyCurve
+from nrchain.states.cycles.curve import CycleCurve, Round
+from nrchain.states.cycles.cycle import MODES, TOLERANCE, Cycle, cycle_near, find_cycle
+from nrchain.states.cycles.hopf import orbits_leaving
+from nrchain.states.cycles.orbit import Orbit
+from nrchain.states.parameters import parameters
+from nrchain.comoving.relative import RelativeChain
+from nrchain.states.spectrum import require_states
+from nrchain.states.varied import Line, line
+from nrchain.wording import brief
+
+STEPS, INTERVALS = 100, 32
+"""Most cycles of a branch either way, and intervals of each."""
+
+DIES_OUT = "the oscillation dies out at a Hopf point"
+
+SMALL = 0.02
+"""An amplitude below this, in d, is that of an oscillation that dies out, if steps get small."""
+
+
+@dataclass(frozen=True)
+class SpecialCycle:
+    """Where the stability of a branch of cycles changes, or where it turns back.
+
+    Attributes
+    ----------
+    kind
+        "fold", "pitchfork" or "transcritical" where a multiplier is 1; "period doubling" where it
+        is −1; "Neimark–Sacker" where a pair crosses the unit circle.
+    value, error
+        p, and an estimate of its error.
+    angle
+        Of the multiplier on the unit circle, in radians.
+    multiplicity
+        How many multipliers, or pairs, cross at once.
+    index
+        It lies between the cycles ``index`` and ``index + 1`` of its branch.
+    orbit
+        The orbit next to it.
+    """
+
+    kind: str
+    value: float
+    error: float
+    angle: float
+    multiplicity: int
+    index: int
+    orbit: Orbit = field(repr=False)
+
+    __repr__ = brief
+
+
+@dataclass(frozen=True)
+class CycleBranch:
+    """Cycles along a line of scenes, in order of the arclength.
+
+    Attributes
+    ----------
+    line
+        The scene and the ranges of its keys.
+    values, periods, amplitudes
+        (m,): p, T, and the largest distance of a sphere from its mean position.
+    multipliers
+        (m, k): the leading ones, without trivial ones.
+    unstable
+        (m,): how many multipliers are outside the unit circle.
+    errors
+        (m,): the largest distance of trivial multipliers from what they are.
+    special
+        Points where the stability changes.
+    reasons
+        Why the branch ends at its first and at its last cycle.
+    origin, orbits
+        o (3,), and the poses of all cycles.
+    """
+
+    line: Line
+    values: np.ndarray
+    periods: np.ndarray
+    amplitudes: np.ndarray
+    multipliers: np.ndarray
+    unstable: np.ndarray
+    errors: np.ndarray
+    special: tuple[SpecialCycle, ...]
+    reasons: tuple[str, str]
+    origin: np.ndarray = field(repr=False)
+    orbits: tuple[Orbit, ...] = field(repr=False)
+
+    __repr__ = brief
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    @property
+    def is_stable(self) -> np.ndarray:
+        """(m,): whether no multiplier is outside the unit circle."""
+        return self.unstable == 0
+
+    def cycle(self, index: int, *, tolerance: float = TOLERANCE, modes: int = MODES) -> Cycle:
+        """A cycle of the branch with its errors."""
+        orbit, scene = self.orbits[index], self.line.at(float(self.values[index]))
+        chain = RelativeChain(scene, orbit.base(0), self.origin)
+        return cycle_near(chain, orbit, tolerance, modes)
+
+
+def continue_cycle(
+    scene: Scene,
+    along: Any,
+    guess: Any,
+    *,
+    steps: int = STEPS,
+    step: float = LARGEST,
+    intervals: int = INTERVALS,
+) -> tuple[CycleBranch, ...]:
+    """Ẋ = w(X, p), X(T) = exp(Tξ) X(0) along p: cycles with their stability.
+
+    Parameters
+    ----------
+    scene
+        Any ends and effects, without ``effects = "auto"``.
+    along
+        The ends of a key, ``{"slip.3t": (0, 1000)}``, or of several that vary together, as for
+        :func:`~nrchain.continue_state`.
+    guess
+        A cycle or a trajectory of this scene, which is on the line: one branch goes through it
+        both ways. Or a Hopf point of :func:`~nrchain.continue_state`: all branches that leave it,
+        one of each set of mirror images.
+    steps, step
+        Most cycles of a branch either way, and the largest arclength from one to the next:
+        displacements are measured in d, p in its range.
+    intervals
+        Intervals of a period.
+
+    Raises :class:`~nrchain.errors.SceneError` for a key on which motion does not depend, a guess
+    that leads to no cycle, and a scene that is not on the line.
+    """
+    require_states(scene)
+    whole(least=1)("steps", steps)
+    whole(least=2)("intervals", intervals)
+    number(above=0.0)("step", step)
+    limits = line(scene, along)
+    curve = CycleCurve(limits, np.full(intervals, 1.0 / intervals))
+    bounds = Limits(min(limits.low, limits.high), max(limits.low, limits.high), steps, step)
+    with np.errstate(all="ignore"):
+        if isinstance(guess, SpecialPoint):
+            starts = _from_hopf(curve, guess)
+            return tuple(_branch(curve, bounds, start, [ahead]) for start, ahead in starts)
+        start, ways = _from_cycle(curve, guess)
+        return (_branch(curve, bounds, start, ways),)
+
+
+def _from_hopf(curve: CycleCurve, point: SpecialPoint) -> list[tuple[Round, Direction]]:
+    """The first cycles of the branches that leave a Hopf point."""
+    if point.kind != HOPF:
+        raise SceneError("guess", point.kind, "must be a Hopf point, a cycle or a trajectory")
+    state = SteadyCurve(curve.line).at(point.poses, point.value)
+    found = orbits_leaving(curve, state, point.frequency, point.multiplicity)
+    if not found:
+        raise SceneError("guess", "the Hopf point", "has no cycle that is found next to it")
+    return found
+
+
+def _from_cycle(curve: CycleCurve, guess: Any) -> tuple[Round, list[Direction]]:
+    """The cycle of a guess, and the directions both ways."""
+    limits = curve.line
+    found = find_cycle(limits.scene, guess, modes=1)
+    given = {one.key: one.value for one in parameters(limits.scene)}
+    value = given.get(limits.key, limits.low)
+    if not limits.holds(value) or limits.at(value).to_mapping() != limits.scene.to_mapping():
+        raise SceneError("guess", limits.key, "must have a value on the line in the scene")
+    near = curve.at(found.orbit, found.origin, value)
+    still = Direction(np.zeros(near.system.defects.size + near.condensed.numbers - 1), 1.0)
+    start = curve.corrected(near, still).solution
+    return start, [still, still.times(-1.0)]
+
+
+def _branch(curve: CycleCurve, bounds: Limits, start: Round, ways: list[Direction]) -> CycleBranch:
+    """The branch from a cycle, both ways or one."""
+    places: list[Place[Round]] = []
+    special: list[SpecialCycle] = []
+    reasons = [DIES_OUT, DIES_OUT]
+    for turn, ahead in enumerate(ways):
+        follower = Follower(curve, bounds)
+        begin = follower.place(start, ahead)
+        reached, events, reason = _followed(curve, follower, begin)
+        if turn:
+            # the second way leads to the beginning of the branch
+            count = len(reached)
+            special = [_moved(one, count) for one in special]
+            special += [_special(one, count - 1 - index) for index, one in events]
+            places = [*reached[::-1], *places]
+            reasons[0] = reason
+        else:
+            places = [begin, *reached]
+            special = [_special(one, index) for index, one in events]
+            reasons[1] = reason
+    return _record(curve, places, sorted(special, key=lambda one: one.index), reasons)
+
+
+def _followed(
+    curve: CycleCurve, follower: Follower[Round], begin: Place[Round]
+) -> tuple[list[Place[Round]], list[tuple[int, Event[Round]]], str]:
+    """The places after the first, the events between them, and why they end."""
+    place = begin
+    places: list[Place[Round]] = []
+    events: list[tuple[int, Event[Round]]] = []
+    for reached in follower.places(begin):
+        before, after = place.solution.orbit.excursions, reached.solution.orbit.excursions
+        if np.vdot(before, after) <= 0.0:
+            return places, events, DIES_OUT
+        found = events_between(follower, place, reached)
+        events += [(len(places), one) for one in found]
+        places.append(reached)
+        place = reached
+    small = SMALL * curve.line.scene.chain.spacing
+    dies = place.solution.orbit.amplitude <= small and "small" in follower.reason
+    return places, events, DIES_OUT if dies else follower.reason
+
+
+def _special(event: Event[Round], index: int) -> SpecialCycle:
+    """What a branch keeps of an event."""
+    orbit = event.place.solution.orbit
+    return SpecialCycle(
+        event.kind,
+        event.value,
+        event.error,
+        event.frequency * orbit.period,
+        event.multiplicity,
+        index,
+        orbit,
+    )
+
+
+def _moved(special: SpecialCycle, count: int) -> SpecialCycle:
+    """A special point after so many further cycles."""
+    return replace(special, index=special.index + count)
+
+
+def _record(
+    curve: CycleCurve,
+    places: list[Place[Round]],
+    special: list[SpecialCycle],
+    reasons: list[str],
+) -> CycleBranch:
+    """The branch of these places."""
+    solutions = [place.solution for place in places]
+    periods = np.array([one.orbit.period for one in solutions])
+    exponents = np.array([place.exponents[:MODES] for place in places])
+    return CycleBranch(
+        line=curve.line,
+        values=np.array([one.value for one in solutions]),
+        periods=periods,
+        amplitudes=np.array([one.orbit.amplitude for one in solutions]),
+        multipliers=np.exp(exponents * periods[:, None]),
+        unstable=np.array([place.unstable for place in places]),
+        errors=np.array([curve.noise(one) for one in solutions]) * periods,
+        special=tuple(special),
+        reasons=(reasons[0], reasons[1]),
+        origin=solutions[0].origin,
+        orbits=tuple(one.orbit for one in solutions),
+    )
