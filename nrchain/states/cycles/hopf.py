@@ -25,10 +25,10 @@ AWAY = 0.02, 0.01, 0.04
 """ε that are tried: mean displacement of a sphere, in d."""
 
 SAME = 1e-4
-"""Orbits whose exponents differ by less than this fraction of 1/T are images of each other."""
+"""Orbits whose multipliers, and p in its range, differ by less are images of each other."""
 
 COMPARED = 4
-"""Leading exponents that are compared."""
+"""Leading multipliers that are compared."""
 
 
 def orbits_leaving(
@@ -101,7 +101,7 @@ def _start(
 
 def _same(curve: CycleCurve, one: Round, other: Round) -> bool:
     """Whether two orbits of one branch point are images of each other."""
-    exponents = [curve.exponents(each)[:COMPARED] for each in (one, other)]
-    scale = abs(one.value - other.value) / curve.line.length
-    away = np.abs(exponents[0] - exponents[1]) * one.orbit.period
-    return scale < SAME and bool(np.all(away < SAME))
+    sizes = [curve.exponents(each)[:COMPARED] * each.orbit.period for each in (one, other)]
+    away = np.abs(np.exp(sizes[0]) - np.exp(sizes[1]))
+    near = abs(one.value - other.value) <= SAME * curve.line.length
+    return near and bool(np.all(away <= SAME))
