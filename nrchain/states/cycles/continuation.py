@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from nrchain.comoving.relative import RelativeChain
 from nrchain.errors import SceneError
 from nrchain.inputs.rules import number, whole
 from nrchain.scene.scene import Scene
@@ -20,7 +21,6 @@ from nrchain.states.cycles.cycle import MODES, TOLERANCE, Cycle, cycle_near, fin
 from nrchain.states.cycles.hopf import orbits_leaving
 from nrchain.states.cycles.orbit import Orbit
 from nrchain.states.parameters import parameters
-from nrchain.comoving.relative import RelativeChain
 from nrchain.states.spectrum import require_states
 from nrchain.states.varied import Line, line
 from nrchain.wording import brief

@@ -13,6 +13,8 @@ from functools import cached_property
 
 import numpy as np
 
+from nrchain.comoving.motions import fields
+from nrchain.comoving.relative import RelativeChain
 from nrchain.errors import SceneError
 from nrchain.motion.integrators.radau_tableau import RUNGE_KUTTA
 from nrchain.motion.model import Model
@@ -24,9 +26,7 @@ from nrchain.states.cycles.multipliers import multipliers, trivial_multipliers
 from nrchain.states.cycles.newton import largest_change
 from nrchain.states.cycles.orbit import Orbit
 from nrchain.states.cycles.system import Change, Condensed, Row, System
-from nrchain.comoving.motions import fields
 from nrchain.states.newton import ACCEPTED, CONVERGED
-from nrchain.comoving.relative import RelativeChain
 from nrchain.states.search import refuse_poses_out_of_reach
 from nrchain.states.varied import Line
 

@@ -13,13 +13,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from nrchain.comoving.dense import all_rates
 from nrchain.motion.integrators.radau_tableau import NODES
 from nrchain.states.branches.curve import Direction
 from nrchain.states.branches.steady import Steady, critical_vectors
 from nrchain.states.cycles.curve import CycleCurve, Round
 from nrchain.states.cycles.orbit import Orbit
 from nrchain.states.cycles.system import Change, displaced
-from nrchain.comoving.dense import all_rates
 
 AWAY = 0.02, 0.01, 0.04
 """ε that are tried: mean displacement of a sphere, in d."""

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nrchain.comoving.motions import moved
 from nrchain.motion.integrators.radau_tableau import NODES, RUNGE_KUTTA, cubics
 from nrchain.states.cycles.charts import chart
-from nrchain.comoving.motions import moved
 from nrchain.types import Poses, PosesAt
 
 CUBICS = cubics(NODES)

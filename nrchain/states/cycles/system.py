@@ -20,11 +20,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nrchain.comoving.motions import moved
+from nrchain.comoving.relative import RelativeChain, orthonormal_motions
 from nrchain.motion.integrators.radau_tableau import RUNGE_KUTTA
 from nrchain.states.cycles.interval import Interval
 from nrchain.states.cycles.orbit import Orbit
-from nrchain.comoving.motions import moved
-from nrchain.comoving.relative import RelativeChain, orthonormal_motions
 from nrchain.types import Poses
 
 
