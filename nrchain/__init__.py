@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from nrchain.states.branches.branch import SpecialPoint, StateBranch
     from nrchain.states.branches.continuation import BranchDiagram, continue_state
     from nrchain.states.critical import CriticalStrength, critical_strength
+    from nrchain.states.cycles.continuation import CycleBranch, SpecialCycle, continue_cycle
     from nrchain.states.cycles.cycle import Cycle, find_cycle
     from nrchain.states.mode_waves import ModeWaves, mode_waves
     from nrchain.states.modes import Mode
@@ -130,6 +131,9 @@ _MODULE_OF = {
     "CriticalStrength": "nrchain.states.critical",
     "critical_strength": "nrchain.states.critical",
     "Cycle": "nrchain.states.cycles.cycle",
+    "CycleBranch": "nrchain.states.cycles.continuation",
+    "SpecialCycle": "nrchain.states.cycles.continuation",
+    "continue_cycle": "nrchain.states.cycles.continuation",
     "find_cycle": "nrchain.states.cycles.cycle",
     "Mode": "nrchain.states.modes",
     "ModeWaves": "nrchain.states.mode_waves",
@@ -155,6 +159,7 @@ __all__ = [
     "Contributions",
     "CriticalStrength",
     "Cycle",
+    "CycleBranch",
     "Dispersion",
     "Effect",
     "Material",
@@ -171,6 +176,7 @@ __all__ = [
     "Section",
     "Slip",
     "SlipMode",
+    "SpecialCycle",
     "SpecialPoint",
     "Spectrum",
     "State",
@@ -181,6 +187,7 @@ __all__ = [
     "active_wrenches",
     "auto",
     "check_effect",
+    "continue_cycle",
     "continue_state",
     "contribution_sizes",
     "contributions",

@@ -105,6 +105,20 @@ def branches():
 
 
 @cache
+def cycle_branch():
+    found = cycle()
+    (branch,) = nrchain.continue_cycle(
+        found.scene, {"slip.3t": (6500.0, 8000.0)}, found, steps=1, intervals=8
+    )
+    return branch
+
+
+def special_cycle():
+    branch = cycle_branch()
+    return nrchain.SpecialCycle("fold", 6600.0, 1e-3, 0.0, 1, 0, branch.orbits[0])
+
+
+@cache
 def work_precision():
     short = nrchain.load_scene("passive", **{"chain.particles": 4, "run.end": 1.0})
     return cost.work_precision(short, budget=0.5)
@@ -122,6 +136,7 @@ SPECIMENS = {
     "nrchain.Contributions": lambda: nrchain.contributions(scene(), *poses()),
     "nrchain.CriticalStrength": threshold,
     "nrchain.Cycle": cycle,
+    "nrchain.CycleBranch": cycle_branch,
     "nrchain.Effect": lambda: [e(scene()) for e in effects() if e.acts(scene())],
     "nrchain.Dispersion": lambda: nrchain.dispersion(nrchain.load_scene("wave"), [0.01, 0.02]),
     "nrchain.Material": lambda: nrchain.Material.of(nrchain.load_scene("wave")),
@@ -140,6 +155,7 @@ SPECIMENS = {
     "nrchain.Section": lambda: [scene().chain, scene().further, StartSpec(shape="sine")],
     "nrchain.Slip": lambda: nrchain.Slip((1.0, 2.0), axis=(0.0, 1.0, 0.0)),
     "nrchain.SlipMode": lambda: slip_modes.find("2s"),
+    "nrchain.SpecialCycle": special_cycle,
     "nrchain.SpecialPoint": lambda: branches().special[0],
     "nrchain.Spectrum": lambda: threshold().spectrum,
     "nrchain.State": lambda: nrchain.find_state(nrchain.load_scene("wave")),

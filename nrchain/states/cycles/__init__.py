@@ -10,4 +10,7 @@
 - ``carrying``: motions of a chain as a whole, and the one that fits best
 - ``recurrence``: a guess from a run
 - ``cycle``: what a user gets
+- ``curve``: cycles along a number of a scene, as a curve that branches can follow
+- ``hopf``: the first cycles that leave a Hopf point
+- ``continuation``: branches of cycles
 """

@@ -149,6 +149,15 @@ def continue_cycle(
 
     Raises :class:`~nrchain.errors.SceneError` for a key on which motion does not depend, a guess
     that leads to no cycle, and a scene that is not on the line.
+
+    >>> from nrchain import continue_state, load_scene
+    >>> changes = {"chain.particles": 12, "slip.2s": 200.0, "slip.3t": 4000.0}
+    >>> scene = load_scene("buckling", **changes, **{"elasticity.ratio": 1e8})
+    >>> along = {"slip.3t": (4000.0, 4500.0)}
+    >>> onset = continue_state(scene, along, branches=1).special[-1]
+    >>> found = continue_cycle(scene, along, onset, steps=1, intervals=8)
+    >>> [bool(branch.is_stable[-1]) for branch in found]
+    [False, True]
     """
     require_states(scene)
     whole(least=1)("steps", steps)

@@ -218,11 +218,12 @@ class CycleCurve:
         return TRANSCRITICAL if even > EVEN * np.linalg.norm(ends[0] - ends[1]) else PITCHFORK
 
     def distance(self, first: Round, second: Round) -> float:
-        """By positions and p."""
+        """By positions, period and p."""
         away = second.orbit.positions - first.orbit.positions
-        squares = np.einsum("kj,kjnp->", self._times, away**2)
+        later = first.system.speed * (second.orbit.period - first.orbit.period)
+        squares = float(np.einsum("kj,kjnp->", self._times, away**2)) + later**2
         value = (second.value - first.value) / self.line.length
-        return math.sqrt(self._weight * float(squares) + value**2)
+        return math.sqrt(self._weight * squares + value**2)
 
     def gone(self, solution: Round) -> str:
         """Spheres that overlap, or a link that has turned by a quarter."""

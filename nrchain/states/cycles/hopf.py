@@ -24,10 +24,14 @@ from nrchain.states.cycles.system import Change, displaced
 AWAY = 0.02, 0.01, 0.04
 """ε that are tried: mean displacement of a sphere, in d."""
 
-SAME = 1e-4
-"""Orbits whose multipliers, and p in its range, differ by less are images of each other."""
+ALIKE = 0.9
+"""Least cosine between displacements of an orbit and of its mode."""
 
-COMPARED = 4
+SAME = 1e-2
+"""Orbits whose distances in p, and of multipliers from 1, differ by less than this fraction are
+images of each other."""
+
+COMPARED = 3
 """Leading multipliers that are compared."""
 
 
@@ -41,7 +45,9 @@ def orbits_leaving(
         start = next(
             (one for one in (_start(curve, begin, vector, away) for away in AWAY) if one), None
         )
-        if start is not None and not any(_same(curve, start[0], other) for other, _ in found):
+        if start is not None and not any(
+            _same(curve, start[0], other, state.value) for other, _ in found
+        ):
             found.append(start)
     return found
 
@@ -96,12 +102,14 @@ def _start(
         tangent = curve.tangent(found.solution, direction)
     except (FloatingPointError, np.linalg.LinAlgError):
         return None
-    return (found.solution, tangent) if found.away <= 2.0 * away else None
+    before, after = guess.orbit.excursions.ravel(), found.solution.orbit.excursions.ravel()
+    alike = before @ after >= ALIKE * np.linalg.norm(before) * np.linalg.norm(after)
+    return (found.solution, tangent) if alike else None
 
 
-def _same(curve: CycleCurve, one: Round, other: Round) -> bool:
-    """Whether two orbits of one branch point are images of each other."""
+def _same(curve: CycleCurve, one: Round, other: Round, onset: float) -> bool:
+    """Whether two orbits are images of each other: their p and multipliers leave alike."""
     sizes = [curve.exponents(each)[:COMPARED] * each.orbit.period for each in (one, other)]
-    away = np.abs(np.exp(sizes[0]) - np.exp(sizes[1]))
-    near = abs(one.value - other.value) <= SAME * curve.line.length
-    return near and bool(np.all(away <= SAME))
+    first, second = np.exp(sizes[0]), np.exp(sizes[1])
+    alike = abs(one.value - other.value) <= SAME * abs(one.value - onset)
+    return alike and bool(np.abs(first - second).max() <= SAME * np.abs(first - 1.0).max())

@@ -1,0 +1,95 @@
+"""Branches of cycles from a Hopf point, against its rates, runs and cycles found by themselves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import nrchain
+from nrchain.errors import SceneError
+
+MIX = {
+    "chain.particles": 12,
+    "slip.2s": 200.0,
+    "slip.3t": 3900.0,
+    "elasticity.ratio": 1e8,
+}
+ALONG = {"slip.3t": (3900.0, 4700.0)}
+TIGHT = {"run.rtol": 1e-10, "run.atol": 1e-10, "run.integrator": "radau", "run.snapshots": 2}
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """A straight chain that begins to oscillate at 3t = 4173."""
+    return nrchain.load_scene("buckling", **MIX)
+
+
+@pytest.fixture(scope="module")
+def onset(scene):
+    found = nrchain.continue_state(scene, ALONG, branches=1)
+    (point,) = [one for one in found.special if one.kind == "Hopf"]
+    return point
+
+
+@pytest.fixture(scope="module")
+def branches(scene, onset):
+    return nrchain.continue_cycle(scene, ALONG, onset, steps=8, step=0.1, intervals=12)
+
+
+def test_two_kinds_of_oscillation_leave_a_hopf_point_with_two_modes(branches, onset):
+    """One goes to and fro and is unstable, the other goes round and is stable."""
+    assert onset.multiplicity == 2
+    assert len(branches) == 2
+    assert sorted(branch.is_stable[-1] for branch in branches) == [False, True]
+    for branch in branches:
+        flat = np.linalg.svd(branch.orbits[-1].excursions.reshape(-1, 3)[:, 1:], compute_uv=False)
+        assert (flat[1] > 0.1 * flat[0]) == branch.is_stable[-1]
+
+
+def test_branches_leave_at_the_strength_and_frequency_of_the_hopf_point(branches, onset):
+    """Amplitudes are square roots of the distance from it, and periods go to 2π/ω."""
+    for branch in branches:
+        beyond = branch.values[:3] - onset.value
+        squares = branch.amplitudes[:3] ** 2
+        assert np.ptp(squares / beyond) < 0.03 * squares[0] / beyond[0]
+        # T is linear in p near the point
+        slope = (branch.periods[1] - branch.periods[0]) / (beyond[1] - beyond[0])
+        at_onset = branch.periods[0] - slope * beyond[0]
+        assert at_onset == pytest.approx(2.0 * np.pi / onset.frequency, rel=1e-3)
+
+
+def test_a_run_goes_round_a_cycle_of_a_branch(branches):
+    (branch,) = [one for one in branches if one.is_stable[-1]]
+    cycle = branch.cycle(-1)
+    assert branch.periods[-1] == pytest.approx(cycle.period, rel=1e-4)
+    assert branch.multipliers[-1, :2] == pytest.approx(cycle.multipliers[:2], abs=1e-4)
+    changed = nrchain.load_scene(cycle.scene, **TIGHT | {"run.end": cycle.period})
+    positions, frames = cycle.at(0.0)
+    run = nrchain.simulate(changed, positions=positions, frames=frames)
+    assert run.positions[-1] == pytest.approx(positions, abs=2.0 * cycle.error)
+
+
+def test_a_branch_ends_where_its_oscillation_dies_out(branches, onset):
+    (branch,) = [one for one in branches if one.is_stable[-1]]
+    cycle = branch.cycle(-1)
+    (back,) = nrchain.continue_cycle(cycle.scene, ALONG, cycle, step=0.2, intervals=12)
+    assert back.reasons == (
+        "the oscillation dies out at a Hopf point",
+        "the end of the range is reached",
+    )
+    assert back.values[-1] == 4700.0
+    assert back.values[0] == pytest.approx(onset.value, rel=2e-3)
+    assert np.all(np.diff(back.values) > 0.0)
+    assert np.interp(cycle.period, back.periods[::-1], back.values[::-1]) == pytest.approx(
+        cycle.scene.to_mapping()["slip"]["3t"], rel=1e-3
+    )
+
+
+def test_scenes_off_the_line_and_points_of_another_kind_are_refused(scene, branches, onset):
+    cycle = branches[0].cycle(-1)
+    with pytest.raises(SceneError, match="on the line"):
+        nrchain.continue_cycle(cycle.scene, {"slip.3t": (5000.0, 6000.0)}, cycle)
+    with pytest.raises(SceneError, match="Hopf point, a cycle or a trajectory"):
+        nrchain.continue_cycle(scene, ALONG, replace(onset, kind="fold"))
