@@ -73,6 +73,22 @@ _WITHOUT_SLIP = {
 }
 
 
+class Settled(Exception):
+    """A run is complete at ``time``, before its latest end; the message says in what it settled."""
+
+    def __init__(self, time: float, message: str) -> None:
+        super().__init__(message)
+        self.time = time
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.time, str(self)), vars(self)
+
+    @property
+    def reason(self) -> str:
+        """What happened, with the time, in one sentence."""
+        return f"at t = {self.time:.6g}: {self}"
+
+
 class Stop(Exception):
     """A run stops at ``time``, before its end; the message says what happened."""
 

@@ -100,7 +100,7 @@ def simulate_quietly(
 ) -> Trajectory:
     """A run in memory, only to be measured: without warnings, and without ``run.verify``."""
     start = check_start(scene)
-    alone = replace(start.scene, run=replace(start.scene.run, verify=False))
+    alone = replace(start.scene, run=replace(start.scene.run, verify=False, until="end"))
     return simulate_in_memory(replace(start, scene=alone), progress, ignore)
 
 

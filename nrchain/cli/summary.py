@@ -30,6 +30,8 @@ def finish(trajectory: Trajectory) -> None:
         show_if_possible(errors_table(trajectory))
         show_if_possible(ERRORS_NOTE, soft_wrap=True)
     show_if_possible(effects_table(trajectory))
+    if trajectory.status == "completed" and trajectory.reason:
+        show_if_possible(f"complete    {trajectory.reason}", soft_wrap=True)
     if trajectory.status == "completed":
         show_if_possible(f"attractor   {_attractor(trajectory)}", soft_wrap=True)
     if trajectory.path:

@@ -45,6 +45,10 @@ UNCHANGED = 1e-7
 """An effect follows a motion if the difference is below this fraction of its change."""
 
 
+SPANS = 1e-9
+"""A direction is spanned if more than this fraction of the longest is along it."""
+
+
 class Motion(NamedTuple):
     """V (3,), Ω (3,) and s: velocity of the point o, angular velocity, and turn about e₁."""
 
@@ -165,6 +169,14 @@ def _beside_translation(defect: np.ndarray) -> np.ndarray:
     size = max(float(np.abs(defect).max(initial=0.0)), 1e-300)
     parts[np.abs(parts) < UNCHANGED * size] = 0.0
     return parts.reshape(defect.shape)
+
+
+def span(rows: np.ndarray) -> np.ndarray:
+    """(k, 3) orthonormal: the directions that the columns of rows (3, m) span."""
+    if not rows.size:
+        return np.empty((0, 3))
+    left, sizes, _ = np.linalg.svd(rows)
+    return left[:, : int((sizes > SPANS * max(float(sizes.max()), 1e-300)).sum())].T
 
 
 def moved(

@@ -18,7 +18,7 @@ from nrchain.errors import TrajectoryError
 from nrchain.motion.chart_poses import TURN_LIMIT
 from nrchain.motion.charts import ChartedChain
 from nrchain.motion.integrators.base import IntegrationError, Integrator, Samples
-from nrchain.outcome import Cause, Stop
+from nrchain.outcome import Cause, Settled, Stop
 from nrchain.run.budget import Budget, Pace
 from nrchain.run.counters import Counters
 from nrchain.run.recording import Recording
@@ -61,8 +61,8 @@ class Loop:
         room = max(SAMPLE_BYTES // (96 * count), 1)
         self._samples = Samples(min(room, len(recording.times)), count)
 
-    def run(self) -> Stop | None:
-        """Integrate to the end; return why the run stops, if it stops before."""
+    def run(self) -> Stop | Settled | None:
+        """Integrate to the end; return why the run stops or is complete, if it is so before."""
         stop = None
         try:
             # numbers beyond the range of floats are found in what they lead to
@@ -71,6 +71,9 @@ class Loop:
                     self._hold()
                 else:
                     self._integrate()
+        except Settled as event:
+            self.recording.write_counters()
+            return event
         except Stop as event:
             stop = event
         except IntegrationError as error:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,6 +40,15 @@ from nrchain.watch.growth import GrowthWatch
 from nrchain.watch.guard import Guard
 from nrchain.watch.neglected import CHECKS, NeglectedWatch
 from nrchain.watch.seed import seed_warning
+from nrchain.watch.settled import SettledWatch
+
+
+class Snapshots(NamedTuple):
+    """Times (T,), positions (T, N, 3) and frames (T, N, 3, 3)."""
+
+    time: np.ndarray
+    positions: np.ndarray
+    frames: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -55,6 +65,8 @@ class Start:
         Whether one of them says that the chain is straight, or nearly so, although it buckles.
     repeated_steps
         Steps of an earlier run that this one repeats, at most.
+    earlier
+        The snapshots before the checkpoint.
     """
 
     scene: Scene
@@ -63,6 +75,7 @@ class Start:
     warnings: tuple[str, ...] = ()
     warned_of_straight: bool = False
     repeated_steps: float = 0
+    earlier: Snapshots | None = None
 
 
 def check_start(
@@ -117,7 +130,7 @@ def prepare(
         chain.rebase(time, *poses)
         recording.write(time, poses)
         recording.write_checkpoint(time, chain)
-    watches = make_watches(start, poses[0], integrator, report)
+    watches = make_watches(start, poses, integrator, report)
     return Loop(chain, integrator, watches, recording, counters, budget, time, poses)
 
 
@@ -140,10 +153,8 @@ def step_tolerance(scheme: type[Integrator], tolerance: float) -> float:
     return max(scheme.share * tolerance, min(tolerance, LEAST_TOLERANCE))
 
 
-def make_watches(
-    start: Start, positions: np.ndarray, integrator: Integrator, report: Report
-) -> Watches:
-    """What watches the steps and snapshots of a run that is at these positions."""
+def make_watches(start: Start, poses: Poses, integrator: Integrator, report: Report) -> Watches:
+    """What watches the steps and snapshots of a run that is at these poses."""
     scene = start.scene
     growth = GrowthWatch(
         integrator,
@@ -161,7 +172,23 @@ def make_watches(
         cut = CutFriction(scene)
         friction = FrictionWatch(cut.neighbours, cut.least_mobility)
     neglected = _neglected_watch(scene, start.choice, integrator.chain.model)
-    return Watches(Guard(PoseLimits.of(scene), positions), growth, friction, neglected)
+    guard = Guard(PoseLimits.of(scene), poses[0])
+    return Watches(guard, growth, friction, neglected, _settled_watch(start, poses))
+
+
+def _settled_watch(start: Start, poses: Poses) -> SettledWatch | None:
+    """The watch for a chain that settles, which has seen all snapshots so far."""
+    scene = start.scene
+    nothing_moves = scene.chain.ends == "clamped" and scene.chain.particles == 2
+    if scene.run.until != "settled" or nothing_moves:
+        return None
+    earlier = start.earlier
+    if earlier is None:
+        earlier = Snapshots(np.zeros(1), poses[0][None], poses[1][None])
+    watch = SettledWatch(scene, (earlier.positions[0], earlier.frames[0]))
+    for time, *seen in zip(*earlier, strict=True):
+        watch.look(float(time), (seen[0], seen[1]))
+    return watch
 
 
 def _neglected_watch(

@@ -9,7 +9,7 @@ from nrchain.inputs.arguments import ORTHONORMAL, rotations
 from nrchain.outcome import Cause
 from nrchain.planning.checked_start import refuse_far
 from nrchain.planning.choice import Choice
-from nrchain.run.preparation import Start
+from nrchain.run.preparation import Snapshots, Start
 from nrchain.run.recording import snapshot_times
 from nrchain.trajectory.checkpoint import Checkpoint
 from nrchain.trajectory.trajectory import Trajectory
@@ -29,7 +29,12 @@ def start_from_checkpoint(done: Trajectory, unwatched: bool = False) -> Start:
         )
     _refuse_damaged(checkpoint, done)
     choice = _choice(done, unwatched)
-    return Start(done.scene, checkpoint, choice, repeated_steps=done.counters["steps"])
+    earlier = None
+    if done.scene.run.until == "settled":
+        rows = slice(checkpoint.snapshot)
+        earlier = Snapshots(done.time[rows], done.positions[rows], done.frames[rows])
+    steps = done.counters["steps"]
+    return Start(done.scene, checkpoint, choice, repeated_steps=steps, earlier=earlier)
 
 
 def _choice(done: Trajectory, unwatched: bool) -> Choice | None:

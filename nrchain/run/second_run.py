@@ -102,6 +102,7 @@ def _tighter(scene: Scene) -> Scene:
         rtol=max(scene.run.rtol / TIGHTER, LEAST_TOLERANCE),
         atol=max(scene.run.atol / TIGHTER, LEAST_TOLERANCE),
         verify=False,
+        until="end",
         max_steps=None,
         max_seconds=None,
     )

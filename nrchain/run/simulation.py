@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from nrchain.notices import Report, warn
-from nrchain.outcome import Stop
+from nrchain.outcome import Settled, Stop
 from nrchain.planning.choice import Choice
 from nrchain.run.folders import new_folder
 from nrchain.run.interruption import Interruption, deferred
@@ -62,8 +62,9 @@ def simulate(
     -------
     Trajectory
         With ``status`` "completed", or "stopped" with a ``cause`` and a ``reason`` when the run
-        cannot go on or has spent its budget. A stopped run keeps what it reached; its last snapshot
-        holds the poses at the stop.
+        cannot go on or has spent its budget. With ``run.until = "settled"``, a completed run that
+        ended before ``run.end`` has a ``reason`` too. A stopped run keeps what it reached; its last
+        snapshot holds the poses at the stop.
 
     Warns
     -----
@@ -179,7 +180,7 @@ def _run(
     progress: Callable[[Progress], None] | None,
     interruption: Interruption,
     report: Report = warn,
-) -> Stop | None:
+) -> Stop | Settled | None:
     with (
         interruption.second_at_once(),
         verified(start, recorder, interruption, report) as records,
@@ -187,10 +188,12 @@ def _run(
         return prepare(start, records, progress, interruption, report).run()
 
 
-def _finish(writer: TrajectoryWriter, stop: Stop | None) -> Trajectory:
+def _finish(writer: TrajectoryWriter, stop: Stop | Settled | None) -> Trajectory:
     """Write how the run ended and read the file back, even if it has lost its name meanwhile."""
     if stop is None:
         writer.mark("completed")
+    elif isinstance(stop, Settled):
+        writer.mark("completed", stop.reason)
     else:
         writer.mark("stopped", stop.reason, stop.cause)
     return writer.read()

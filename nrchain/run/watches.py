@@ -13,6 +13,7 @@ from nrchain.watch.friction import FrictionWatch
 from nrchain.watch.growth import GrowthWatch
 from nrchain.watch.guard import Guard
 from nrchain.watch.neglected import NeglectedWatch
+from nrchain.watch.settled import SettledWatch
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,7 @@ class Watches:
     growth: GrowthWatch
     friction: FrictionWatch | None = None
     neglected: NeglectedWatch | None = None
+    settled: SettledWatch | None = None
 
     @property
     def clearance(self) -> Clearance:
@@ -56,11 +58,15 @@ class Watches:
         return self.growth.watch(begin, end, reached, y) if stop is None else stop
 
     def check_snapshot(self, time: float, poses: Poses) -> None:
-        """Raise :class:`~nrchain.outcome.Stop` if the poses of a snapshot end the run."""
+        """Raise Stop or Settled of :mod:`nrchain.outcome` if a snapshot ends the run."""
         if self.friction:
             self.friction.check(time, poses[0])
         if self.neglected:
             self.neglected.check(time, poses)
+        if self.settled:
+            settled = self.settled.look(time, poses)
+            if settled is not None:
+                raise settled
 
     def restart(self) -> None:
         """Forget the history of steps, as the integrator does."""

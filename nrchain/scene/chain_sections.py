@@ -17,6 +17,7 @@ from nrchain.inputs.rules import Section, choice, flag, number, optional, whole
 Ends = Literal["free", "clamped", "periodic"]
 Measure = Literal["paper", "isotropic"]
 Integrator = Literal["auto", "cvode", "radau", "scipy-bdf"]
+Until = Literal["end", "settled"]
 Shape = Literal["straight", "sine", "helix-left", "helix-right", "random", "given"]
 
 POSES = ("positions", "frames")
@@ -145,6 +146,9 @@ class RunSpec(Section):
     ``verify`` estimates the error at each snapshot, from a second run with both tolerances divided
     by :data:`TIGHTER`.
 
+    ``until = "settled"`` ends the run at the first snapshot at which the chain has settled in a
+    state or a cycle (:mod:`nrchain.watch.settled`); ``end`` is then the latest end.
+
     ``max_steps`` and ``max_seconds`` limit one run, or one resumption of it.
     """
 
@@ -157,6 +161,7 @@ class RunSpec(Section):
     max_steps: Annotated[int | None, optional(whole(least=1))] = None
     max_seconds: Annotated[float | None, optional(number(above=0))] = None
     verify: Annotated[bool, flag()] = False
+    until: Annotated[Until, choice(Until)] = "end"
 
     def check(self) -> None:
         for name in ("rtol", "atol") if self.verify else ():

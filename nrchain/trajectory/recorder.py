@@ -8,7 +8,7 @@ from typing import ClassVar, Protocol
 
 import numpy as np
 
-from nrchain.outcome import Stop
+from nrchain.outcome import Settled, Stop
 from nrchain.scene.memory import refuse_snapshots
 from nrchain.scene.scene import Scene
 from nrchain.trajectory.checkpoint import Checkpoint
@@ -79,8 +79,9 @@ class MemoryRecorder:
     def update_counters(self, counters: dict[str, float]) -> None:
         self.counters = dict(counters)
 
-    def trajectory(self, scene: Scene, stop: Stop | None) -> Trajectory:
+    def trajectory(self, scene: Scene, stop: Stop | Settled | None) -> Trajectory:
         """The snapshots so far, and how the run ended."""
+        cause = stop.cause if isinstance(stop, Stop) else None
         done = int(np.isfinite(self.time).sum())
         return Trajectory(
             self.time[:done],
@@ -88,9 +89,9 @@ class MemoryRecorder:
             self.frames[:done],
             scene,
             self.counters,
-            "stopped" if stop else "completed",
+            "completed" if cause is None else "stopped",
             stop.reason if stop else "",
-            cause=stop.cause if stop else None,
+            cause=cause,
             position_error=None if self.errors is None else self.errors[:done, 0],
             frame_error=None if self.errors is None else self.errors[:done, 1],
         )

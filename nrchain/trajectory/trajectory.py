@@ -39,8 +39,8 @@ class Trajectory:
     counters
         Steps, evaluations and so on; see :data:`nrchain.trajectory.layout.COUNTERS`.
     status
-        ``"completed"``; ``"stopped"``, with a ``cause`` and a ``reason``, one sentence; or
-        ``"running"``, also for a run that was killed.
+        ``"completed"``, with a ``reason`` if it settled before its end; ``"stopped"``, with a
+        ``cause`` and a ``reason``, one sentence; or ``"running"``, also for a run that was killed.
     cause
         Why a run stopped, with advice: see :class:`~nrchain.outcome.Cause`.
     path

@@ -72,6 +72,16 @@ def test_a_run_says_what_the_chain_has_settled_in(tmp_path):
     assert f"settled in a steady state at t = {found.since:g}: straight" in result.stdout
 
 
+def test_a_run_that_ends_early_is_done(tmp_path):
+    few = ["--set", "chain.particles=6", "--set", "run.end=500", "--set", "run.until=settled"]
+    result = call("run", "passive", "-o", tmp_path, *few)
+    assert result.exit_code == 0
+    run = Trajectory.open(tmp_path)
+    assert f"complete    at t = {run.time[-1]:g}: settled in a steady state" in result.stdout
+    assert run.time[-1] < 500.0
+    assert "nothing to resume" in call("resume", tmp_path).stderr
+
+
 def test_an_existing_result_is_replaced_only_on_request(tmp_path, stub):
     assert call("run", "passive", "-o", tmp_path).exit_code == 0
     before = (tmp_path / FILE_NAME).read_bytes()

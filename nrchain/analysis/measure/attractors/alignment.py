@@ -6,12 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from nrchain.comoving.motions import TURN
+from nrchain.comoving.motions import TURN, span
 from nrchain.comoving.relative import RelativeChain
-
-RANK = 1e-9
-"""A motion takes part if it is more than this fraction of the largest."""
-
 
 LOOKS = 200
 """Snapshots that are looked at together in a search for the last one outside."""
@@ -48,14 +44,6 @@ def distances(chain: RelativeChain, positions: np.ndarray, target: np.ndarray) -
     about = chain.origin - chain.origin @ shifts.T @ shifts
     turned = _turned(here - about, there - about, turns)
     return np.linalg.norm(turned + about - there, axis=2).max(axis=1, initial=0.0)
-
-
-def span(rows: np.ndarray) -> np.ndarray:
-    """(k, 3) orthonormal: the directions that the columns of rows (3, m) span."""
-    if not rows.size:
-        return np.empty((0, 3))
-    left, sizes, _ = np.linalg.svd(rows)
-    return left[:, : int((sizes > RANK * max(sizes.max(), 1e-300)).sum())].T
 
 
 def _turned(here: np.ndarray, there: np.ndarray, axes: np.ndarray) -> np.ndarray:

@@ -8,7 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from nrchain.analysis.measure.attractors.alignment import first_inside
-from nrchain.analysis.measure.attractors.cycle import (
+from nrchain.analysis.measure.attractors.kinds import Attracted, Attractor
+from nrchain.analysis.measure.attractors.lyapunov import lyapunov
+from nrchain.analysis.measure.attractors.steady import steady_attractor
+from nrchain.analysis.measure.line_fit import Estimate
+from nrchain.analysis.measured_chain import MeasurementError, positions_of, require_trajectory
+from nrchain.comoving.recurrence import (
     CANDIDATE,
     NEARLY,
     RECURS,
@@ -16,13 +21,8 @@ from nrchain.analysis.measure.attractors.cycle import (
     find_cycle,
     frequency,
 )
-from nrchain.analysis.measure.attractors.kinds import Attracted, Attractor
-from nrchain.analysis.measure.attractors.lyapunov import lyapunov
-from nrchain.analysis.measure.attractors.shapes import Series
-from nrchain.analysis.measure.attractors.steady import steady_attractor
-from nrchain.analysis.measure.line_fit import Estimate
-from nrchain.analysis.measured_chain import MeasurementError, positions_of, require_trajectory
 from nrchain.comoving.relative import RelativeChain
+from nrchain.comoving.shapes import Series
 from nrchain.errors import SceneError
 from nrchain.notices import ignore
 from nrchain.outcome import Cause
@@ -138,6 +138,7 @@ def _further(trajectory: Trajectory, series: Series) -> Attractor:
         end=length,
         snapshots=int(min(FINE * max(length / period, 1.0), 4000)) + 1,
         verify=False,
+        until="end",
         max_steps=None,
         max_seconds=None,
     )

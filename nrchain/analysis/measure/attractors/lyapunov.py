@@ -1,49 +1,22 @@
-"""λ = lim (1/t) ln ‖δ(t)‖/‖δ(0)‖: the largest Lyapunov exponent, from tangents of a trajectory.
-
-A small change δ of all poses obeys
-
-    dδ/dt = J δ,  J = ∂w/∂(u, φ) + [ω_i×] on φ,
-
-with the twists w = (v, ω) of the spheres. J is the exact derivative of the model at the snapshots,
-and linear between them. A step is two stages of the L-stable scheme of Alexander (SIAM J. Numer.
-Anal. 14, 1006, 1977) of order 2. After each step the motions of the chain as a whole are taken out
-of δ, and it is made as long as at first; the logarithms of the factors add up to λ (Benettin et
-al., Meccanica 15, 9, 1980). λ is 0 on a cycle that attracts, and the growth rate of the leading
-mode about a state.
-"""
+"""λ = lim (1/t) ln ‖δ(t)‖/‖δ(0)‖: the largest Lyapunov exponent, from tangents of a trajectory."""
 
 from __future__ import annotations
 
-import math
-from itertools import pairwise
-
-import numpy as np
-from scipy.sparse import block_diag, identity, issparse
-from scipy.sparse.linalg import splu
-
 from nrchain.analysis.measure.line_fit import Estimate, first_snapshot
 from nrchain.analysis.measured_chain import MeasurementError, positions_of, require_trajectory
-from nrchain.comoving.relative import DENSE, Point, RelativeChain
-from nrchain.effects.base import cross_matrix
+from nrchain.comoving.relative import RelativeChain
+from nrchain.comoving.tangents import FEWEST, largest_exponent
 from nrchain.trajectory.trajectory import Trajectory
-
-STAGE = 1.0 - math.sqrt(0.5)
-"""γ of the scheme."""
-
-FORGOTTEN = 0.2
-"""Part of the time after which δ lies along the direction of fastest growth."""
-
-BLOCKS = 8
-"""Parts of the rest of the time, whose means scatter as the error says."""
 
 
 def lyapunov(trajectory: Trajectory, start: float | None = None) -> Estimate:
     """λ with its error, from the snapshots at and after ``start`` (None: all of them).
 
-    The first fifth of that time turns δ into the direction of fastest growth, and does not count.
-    The error joins the scatter of the mean over eight parts of the rest, and a third of the
-    difference from λ with every second snapshot left out: snapshots must be close enough to
-    follow the motion, some 30 or more in a period.
+    Small changes follow the derivative of the model along the snapshots
+    (:mod:`nrchain.comoving.tangents`). The first fifth of that time turns them into the direction
+    of fastest growth, and does not count. The error joins the scatter of the mean over eight parts
+    of the rest, and a third of the difference from λ with every second snapshot left out: snapshots
+    must be close enough to follow the motion, some 30 or more in a period.
 
     Raises :class:`~nrchain.analysis.measured_chain.MeasurementError` for fewer than 40 snapshots,
     and for interactions of all pairs among more than 500 spheres.
@@ -58,74 +31,10 @@ def lyapunov(trajectory: Trajectory, start: float | None = None) -> Estimate:
     first = first_snapshot(time, start)
     positions, frames = positions_of(trajectory)[first:], trajectory.frames[first:]
     time = time[first:]
-    if len(time) < 5 * BLOCKS:
-        raise MeasurementError(f"{len(time)} snapshots: at least {5 * BLOCKS} are needed")
+    if len(time) < FEWEST:
+        raise MeasurementError(f"{len(time)} snapshots: at least {FEWEST} are needed")
     chain = RelativeChain(trajectory.scene, (positions[0], frames[0]))
-    points = [chain.at(poses) for poses in zip(positions, frames, strict=True)]
-    tangents = [_tangent(point) for point in points]
-    fine = _growth(time, points, tangents)
-    coarse = _growth(time[::2], points[::2], tangents[::2])
-    rates = [_mean(time, fine, *ends) for ends in _parts(time)]
-    value = _mean(time, fine, *_whole(time))
-    scatter = float(np.std(rates, ddof=1)) / math.sqrt(BLOCKS)
-    step = abs(value - _mean(time[::2], coarse, *_whole(time))) / 3.0
-    return Estimate(value, math.hypot(scatter, step))
-
-
-def _tangent(point: Point):  # type: ignore[no-untyped-def]
-    """J (n, n) in the coordinates of :mod:`nrchain.comoving.relative`, in axes at rest."""
-    chain = point.chain
-    if point.matrix is None:
-        raise MeasurementError(f"chain.particles: at most {DENSE} with interactions of all pairs")
-    twists = chain.model.twists(*point.poses)
-    own = np.zeros((chain.model.count, 6, 6))
-    own[:, :3, :3] = cross_matrix(point.motion.rotation[None])
-    own[:, 3:, 3:] = cross_matrix(twists[:, 3:] - point.motion.turn * point.frames[:, 0])
-    blocks = block_diag(list(own[chain.free]), format="csc")
-    return point.matrix + (blocks if issparse(point.matrix) else blocks.toarray())
-
-
-def _growth(time: np.ndarray, points: list[Point], tangents: list) -> np.ndarray:  # type: ignore[type-arg]
-    """(T,) ln of the growth of δ up to each time."""
-    change = np.random.default_rng(5).standard_normal(points[0].chain.dimension)
-    total, grown = 0.0, [0.0]
-    for k, step in enumerate(np.diff(time)):
-        begin, end = tangents[k], tangents[k + 1]
-        middle = begin + STAGE * (end - begin)
-        first = _solve(middle, STAGE * step, middle @ change)
-        along = end @ (change + (1.0 - STAGE) * step * first)
-        second = _solve(end, STAGE * step, along)
-        change = change + step * ((1.0 - STAGE) * first + STAGE * second)
-        basis = points[k + 1].neutral
-        change -= basis @ (basis.T @ change)
-        length = float(np.linalg.norm(change))
-        if not 0.0 < length < math.inf:
-            raise MeasurementError(f"tangents leave the range of floats at t = {time[k]:.6g}")
-        change /= length
-        total += math.log(length)
-        grown.append(total)
-    return np.array(grown)
-
-
-def _solve(matrix, step: float, right: np.ndarray) -> np.ndarray:  # type: ignore[no-untyped-def]
-    """(1 − h J)⁻¹ right."""
-    if issparse(matrix):
-        found: np.ndarray = splu((identity(len(right)) - step * matrix).tocsc()).solve(right)
-        return found
-    return np.linalg.solve(np.eye(len(right)) - step * matrix, right)
-
-
-def _whole(time: np.ndarray) -> tuple[float, float]:
-    """The time that counts."""
-    return float(time[0] + FORGOTTEN * (time[-1] - time[0])), float(time[-1])
-
-
-def _parts(time: np.ndarray) -> list[tuple[float, float]]:
-    """Equal parts of the time that counts."""
-    ends = np.linspace(*_whole(time), BLOCKS + 1)
-    return list(pairwise(ends.tolist()))
-
-
-def _mean(time: np.ndarray, grown: np.ndarray, begin: float, end: float) -> float:
-    """The mean growth rate between two times."""
-    return float(np.diff(np.interp([begin, end], time, grown))[0]) / (end - begin)
+    try:
+        return Estimate(*largest_exponent(chain, time, positions, frames))
+    except (FloatingPointError, ValueError) as error:
+        raise MeasurementError(str(error)) from error

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nrchain.analysis.measure.attractors.alignment import span
-from nrchain.comoving.motions import TURN, moved
+from nrchain.comoving.motions import TURN, moved, span
 from nrchain.comoving.relative import RelativeChain
 from nrchain.types import Poses
 

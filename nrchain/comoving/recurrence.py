@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
-from scipy.optimize import minimize_scalar
 
-from nrchain.analysis.measure.attractors.shapes import Series, Shapes
+from nrchain.comoving.shapes import Series, Shapes
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicHermiteSpline
 
 FEWEST = 10.0
 """Snapshots in a period that cubics need."""
@@ -119,6 +121,8 @@ def find_cycle(series: Series) -> Cycle | str:
     seen = min(count, int(MOST * FINE) * stride)
     shapes = series.at(np.arange(len(series.time) - 1, len(series.time) - 1 - seen, -stride)[::-1])
     time, spacing = shapes.time, stride * spacing
+    from scipy.interpolate import CubicHermiteSpline
+
     curve = CubicHermiteSpline(time, shapes.values, shapes.rates)
     period = _period(curve, _lags(shapes), spacing)
     if period is None:
@@ -144,6 +148,8 @@ def _lags(shapes: Shapes) -> np.ndarray:
 
 def _period(curve: CubicHermiteSpline, lags: np.ndarray, spacing: float) -> float | None:
     """The lag after which the shape is most like what it was; of multiples, the least."""
+    from scipy.optimize import minimize_scalar
+
     end, found = float(curve.x[-1]), []
     for guess in lags[:LAGS] * spacing:
         times = end - guess * np.linspace(0.0, 1.0, GRID, endpoint=False)
