@@ -296,6 +296,7 @@ def exceptions() -> list[type[BaseException]]:
 
 ARGUMENTS = {
     SceneError: ("chain.spacing", 1.0, "must exceed two radii"),
+    outcome.Settled: (1.5, "settled in a steady state"),
     outcome.Stop: (nrchain.Cause.TOUCH, 1.5, "spheres 3 and 4 touch"),
     errors.PlatformError: (),
 }

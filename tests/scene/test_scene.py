@@ -136,6 +136,7 @@ REFUSALS = [
     ({"run.max_steps": 0}, "run.max_steps", "at least 1"),
     ({"run.max_seconds": 0}, "run.max_seconds", "above 0"),
     ({"run.verify": "maybe"}, "run.verify", "must be true or false"),
+    ({"run.until": "calm"}, "run.until", "one of end, settled"),
     ({"run.rtol": 1e-15}, "run.rtol", "at least 1e-14 and at most 0.1"),
     ({"run.rtol": 0.2}, "run.rtol", "at least 1e-14 and at most 0.1"),
     ({"run.atol": 0.0}, "run.atol", "at least 1e-14 and at most 0.1: coordinates are rounded"),
