@@ -46,7 +46,8 @@ if TYPE_CHECKING:
     from nrchain.states.branches.branch import SpecialPoint, StateBranch
     from nrchain.states.branches.continuation import BranchDiagram, continue_state
     from nrchain.states.critical import CriticalStrength, critical_strength
-    from nrchain.states.cycles.continuation import CycleBranch, SpecialCycle, continue_cycle
+    from nrchain.states.cycles.branch import CycleBranch, SpecialCycle
+    from nrchain.states.cycles.continuation import CycleDiagram, continue_cycle
     from nrchain.states.cycles.cycle import Cycle, find_cycle
     from nrchain.states.mode_waves import ModeWaves, mode_waves
     from nrchain.states.modes import Mode
@@ -131,8 +132,9 @@ _MODULE_OF = {
     "CriticalStrength": "nrchain.states.critical",
     "critical_strength": "nrchain.states.critical",
     "Cycle": "nrchain.states.cycles.cycle",
-    "CycleBranch": "nrchain.states.cycles.continuation",
-    "SpecialCycle": "nrchain.states.cycles.continuation",
+    "CycleBranch": "nrchain.states.cycles.branch",
+    "CycleDiagram": "nrchain.states.cycles.continuation",
+    "SpecialCycle": "nrchain.states.cycles.branch",
     "continue_cycle": "nrchain.states.cycles.continuation",
     "find_cycle": "nrchain.states.cycles.cycle",
     "Mode": "nrchain.states.modes",
@@ -160,6 +162,7 @@ __all__ = [
     "CriticalStrength",
     "Cycle",
     "CycleBranch",
+    "CycleDiagram",
     "Dispersion",
     "Effect",
     "Material",

@@ -105,17 +105,15 @@ def branches():
 
 
 @cache
-def cycle_branch():
+def cycles():
     found = cycle()
-    (branch,) = nrchain.continue_cycle(
-        found.scene, {"slip.3t": (6500.0, 8000.0)}, found, steps=1, intervals=8
-    )
-    return branch
+    along = {"slip.3t": (6500.0, 8000.0)}
+    return nrchain.continue_cycle(found.scene, along, found, steps=1, intervals=8)
 
 
 def special_cycle():
-    branch = cycle_branch()
-    return nrchain.SpecialCycle("fold", 6600.0, 1e-3, 0.0, 1, 0, branch.orbits[0])
+    orbit = cycles().branches[0].orbits[0]
+    return nrchain.SpecialCycle("fold", 6600.0, 1e-3, 0.0, 1, 0, orbit)
 
 
 @cache
@@ -136,7 +134,8 @@ SPECIMENS = {
     "nrchain.Contributions": lambda: nrchain.contributions(scene(), *poses()),
     "nrchain.CriticalStrength": threshold,
     "nrchain.Cycle": cycle,
-    "nrchain.CycleBranch": cycle_branch,
+    "nrchain.CycleBranch": lambda: cycles().branches[0],
+    "nrchain.CycleDiagram": cycles,
     "nrchain.Effect": lambda: [e(scene()) for e in effects() if e.acts(scene())],
     "nrchain.Dispersion": lambda: nrchain.dispersion(nrchain.load_scene("wave"), [0.01, 0.02]),
     "nrchain.Material": lambda: nrchain.Material.of(nrchain.load_scene("wave")),

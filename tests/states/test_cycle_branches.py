@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import nrchain
-from nrchain.errors import SceneError
+from nrchain.errors import SceneError, TrajectoryError
+from nrchain.states.cycles.branch import COLUMNS
+from nrchain.states.cycles.file import write_cycles
 
 MIX = {
     "chain.particles": 12,
@@ -34,8 +36,16 @@ def onset(scene):
 
 
 @pytest.fixture(scope="module")
-def branches(scene, onset):
-    return nrchain.continue_cycle(scene, ALONG, onset, steps=8, step=0.1, intervals=12)
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("cycles") / "found"
+
+
+@pytest.fixture(scope="module")
+def branches(scene, onset, folder):
+    found = nrchain.continue_cycle(
+        scene, ALONG, onset, steps=8, step=0.1, intervals=12, output=folder
+    )
+    return found.branches
 
 
 def test_two_kinds_of_oscillation_leave_a_hopf_point_with_two_modes(branches, onset):
@@ -73,18 +83,19 @@ def test_a_run_goes_round_a_cycle_of_a_branch(branches):
 
 def test_a_branch_ends_where_its_oscillation_dies_out(branches, onset):
     (branch,) = [one for one in branches if one.is_stable[-1]]
-    cycle = branch.cycle(-1)
-    (back,) = nrchain.continue_cycle(cycle.scene, ALONG, cycle, step=0.2, intervals=12)
+    cycle, own = branch.cycle(2), float(branch.values[2])
+    found = nrchain.continue_cycle(
+        cycle.scene, {"slip.3t": (3900.0, own + 20.0)}, cycle, step=0.2, intervals=12
+    )
+    (back,) = found.branches
     assert back.reasons == (
         "the oscillation dies out at a Hopf point",
         "the end of the range is reached",
     )
-    assert back.values[-1] == 4700.0
+    assert back.values[-1] == own + 20.0
     assert back.values[0] == pytest.approx(onset.value, rel=2e-3)
     assert np.all(np.diff(back.values) > 0.0)
-    assert np.interp(cycle.period, back.periods[::-1], back.values[::-1]) == pytest.approx(
-        cycle.scene.to_mapping()["slip"]["3t"], rel=1e-3
-    )
+    assert np.interp(own, back.values, back.periods) == pytest.approx(cycle.period, rel=1e-3)
 
 
 def test_scenes_off_the_line_and_points_of_another_kind_are_refused(scene, branches, onset):
@@ -93,3 +104,19 @@ def test_scenes_off_the_line_and_points_of_another_kind_are_refused(scene, branc
         nrchain.continue_cycle(cycle.scene, {"slip.3t": (5000.0, 6000.0)}, cycle)
     with pytest.raises(SceneError, match="Hopf point, a cycle or a trajectory"):
         nrchain.continue_cycle(scene, ALONG, replace(onset, kind="fold"))
+
+
+def test_files_hold_whole_branches(branches, folder, tmp_path):
+    for read, branch in zip(nrchain.CycleDiagram.open(folder).branches, branches, strict=True):
+        assert (read.line, read.reasons) == (branch.line, branch.reasons)
+        assert read.cycle(-1).period == branch.cycle(-1).period
+        for name in COLUMNS:
+            assert np.array_equal(getattr(read, name), getattr(branch, name))
+    special = nrchain.SpecialCycle("fold", 4500.0, 1e-3, 0.0, 1, 2, branches[0].orbits[1])
+    write_cycles(tmp_path / "cycles-000.h5", replace(branches[0], special=(special,)))
+    (again,) = nrchain.CycleDiagram.open(tmp_path).special
+    assert (again.kind, again.index) == ("fold", 2)
+    assert again.orbit.period == branches[0].periods[1]
+    assert np.array_equal(again.orbit.frames, branches[0].orbits[1].frames)
+    with pytest.raises(TrajectoryError, match="holds no cycles"):
+        nrchain.CycleDiagram.open(tmp_path / "nowhere")

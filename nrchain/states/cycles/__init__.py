@@ -12,5 +12,6 @@
 - ``cycle``: what a user gets
 - ``curve``: cycles along a number of a scene, as a curve that branches can follow
 - ``hopf``: the first cycles that leave a Hopf point
-- ``continuation``: branches of cycles
+- ``continuation``: follows cycles along a number
+- ``branch``, ``file``: what a user gets of them, and the file of a branch
 """

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import Any
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Self
 
 import numpy as np
 
-from nrchain.comoving.relative import RelativeChain
-from nrchain.errors import SceneError
+from nrchain.errors import SceneError, TrajectoryError
 from nrchain.inputs.rules import number, whole
+from nrchain.run.folders import new_folder
+from nrchain.run.interruption import Interruption, deferred
 from nrchain.scene.scene import Scene
 from nrchain.states.branches.branch import SpecialPoint
 from nrchain.states.branches.curve import Direction
 from nrchain.states.branches.events import HOPF, Event, events_between
 from nrchain.states.branches.follow import LARGEST, Follower, Limits, Place
 from nrchain.states.branches.steady import SteadyCurve
+from nrchain.states.cycles.branch import CycleBranch, SpecialCycle
 from nrchain.states.cycles.curve import CycleCurve, Round
-from nrchain.states.cycles.cycle import MODES, TOLERANCE, Cycle, cycle_near, find_cycle
+from nrchain.states.cycles.cycle import MODES, find_cycle
+from nrchain.states.cycles.file import read_cycles, write_cycles
 from nrchain.states.cycles.hopf import orbits_leaving
-from nrchain.states.cycles.orbit import Orbit
 from nrchain.states.parameters import parameters
 from nrchain.states.spectrum import require_states
 from nrchain.states.varied import Line, line
@@ -35,88 +39,38 @@ SMALL = 0.02
 
 
 @dataclass(frozen=True)
-class SpecialCycle:
-    """Where the stability of a branch of cycles changes, or where it turns back.
-
-    Attributes
-    ----------
-    kind
-        "fold", "pitchfork" or "transcritical" where a multiplier is 1; "period doubling" where it
-        is −1; "Neimark–Sacker" where a pair crosses the unit circle.
-    value, error
-        p, and an estimate of its error.
-    angle
-        Of the multiplier on the unit circle, in radians.
-    multiplicity
-        How many multipliers, or pairs, cross at once.
-    index
-        It lies between the cycles ``index`` and ``index + 1`` of its branch.
-    orbit
-        The orbit next to it.
-    """
-
-    kind: str
-    value: float
-    error: float
-    angle: float
-    multiplicity: int
-    index: int
-    orbit: Orbit = field(repr=False)
-
-    __repr__ = brief
-
-
-@dataclass(frozen=True)
-class CycleBranch:
-    """Cycles along a line of scenes, in order of the arclength.
+class CycleDiagram:
+    """Branches of cycles along a line of scenes.
 
     Attributes
     ----------
     line
         The scene and the ranges of its keys.
-    values, periods, amplitudes
-        (m,): p, T, and the largest distance of a sphere from its mean position.
-    multipliers
-        (m, k): the leading ones, without trivial ones.
-    unstable
-        (m,): how many multipliers are outside the unit circle.
-    errors
-        (m,): the largest distance of trivial multipliers from what they are.
-    special
-        Points where the stability changes.
-    reasons
-        Why the branch ends at its first and at its last cycle.
-    origin, orbits
-        o (3,), and the poses of all cycles.
+    branches
+        All that leave a Hopf point, or the one through a cycle.
     """
 
     line: Line
-    values: np.ndarray
-    periods: np.ndarray
-    amplitudes: np.ndarray
-    multipliers: np.ndarray
-    unstable: np.ndarray
-    errors: np.ndarray
-    special: tuple[SpecialCycle, ...]
-    reasons: tuple[str, str]
-    origin: np.ndarray = field(repr=False)
-    orbits: tuple[Orbit, ...] = field(repr=False)
+    branches: tuple[CycleBranch, ...]
 
     __repr__ = brief
 
-    def __len__(self) -> int:
-        return len(self.values)
-
     @property
-    def is_stable(self) -> np.ndarray:
-        """(m,): whether no multiplier is outside the unit circle."""
-        return self.unstable == 0
+    def special(self) -> tuple[SpecialCycle, ...]:
+        """The special points of all branches."""
+        return tuple(point for branch in self.branches for point in branch.special)
 
-    def cycle(self, index: int, *, tolerance: float = TOLERANCE, modes: int = MODES) -> Cycle:
-        """A cycle of the branch with its errors."""
-        orbit, scene = self.orbits[index], self.line.at(float(self.values[index]))
-        chain = RelativeChain(scene, orbit.base(0), self.origin)
-        return cycle_near(chain, orbit, tolerance, modes)
+    @classmethod
+    def open(cls, folder: str | Path) -> Self:
+        """Read the branches of a folder.
+
+        Raises :class:`~nrchain.errors.TrajectoryError` for a folder without branches, or with a
+        damaged one.
+        """
+        found = [read_cycles(path) for path in sorted(Path(folder).glob("cycles-*.h5"))]
+        if not found:
+            raise TrajectoryError(f"{folder}: holds no cycles: no file cycles-000.h5")
+        return cls(found[0].line, tuple(found))
 
 
 def continue_cycle(
@@ -127,7 +81,8 @@ def continue_cycle(
     steps: int = STEPS,
     step: float = LARGEST,
     intervals: int = INTERVALS,
-) -> tuple[CycleBranch, ...]:
+    output: str | Path | None = None,
+) -> CycleDiagram:
     """Ẋ = w(X, p), X(T) = exp(Tξ) X(0) along p: cycles with their stability.
 
     Parameters
@@ -146,9 +101,17 @@ def continue_cycle(
         displacements are measured in d, p in its range.
     intervals
         Intervals of a period.
+    output
+        Folder for one file a branch, which :meth:`CycleDiagram.open` reads. Files of the same names
+        are replaced.
 
-    Raises :class:`~nrchain.errors.SceneError` for a key on which motion does not depend, a guess
-    that leads to no cycle, and a scene that is not on the line.
+    Raises
+    ------
+    SceneError
+        For a key on which motion does not depend, a guess that leads to no cycle, and a scene that
+        is not on the line.
+    KeyboardInterrupt
+        On Ctrl-C and SIGTERM, once the cycle under way is found and its branch is written.
 
     >>> from nrchain import continue_state, load_scene
     >>> changes = {"chain.particles": 12, "slip.2s": 200.0, "slip.3t": 4000.0}
@@ -156,7 +119,7 @@ def continue_cycle(
     >>> along = {"slip.3t": (4000.0, 4500.0)}
     >>> onset = continue_state(scene, along, branches=1).special[-1]
     >>> found = continue_cycle(scene, along, onset, steps=1, intervals=8)
-    >>> [bool(branch.is_stable[-1]) for branch in found]
+    >>> [bool(branch.is_stable[-1]) for branch in found.branches]
     [False, True]
     """
     require_states(scene)
@@ -166,12 +129,27 @@ def continue_cycle(
     limits = line(scene, along)
     curve = CycleCurve(limits, np.full(intervals, 1.0 / intervals))
     bounds = Limits(min(limits.low, limits.high), max(limits.low, limits.high), steps, step)
-    with np.errstate(all="ignore"):
-        if isinstance(guess, SpecialPoint):
-            starts = _from_hopf(curve, guess)
-            return tuple(_branch(curve, bounds, start, [ahead]) for start, ahead in starts)
-        start, ways = _from_cycle(curve, guess)
-        return (_branch(curve, bounds, start, ways),)
+    folder = None if output is None else Path(output)
+    found: list[CycleBranch] = []
+    with (
+        np.errstate(all="ignore"),
+        new_folder(folder) if folder else nullcontext(),
+        deferred() as interruption,
+    ):
+        for start, ways in _starts(curve, guess):
+            if interruption.name:
+                break
+            found.append(_branch(curve, bounds, start, ways, interruption))
+            if folder:
+                write_cycles(folder / f"cycles-{len(found) - 1:03}.h5", found[-1])
+    return CycleDiagram(limits, tuple(found))
+
+
+def _starts(curve: CycleCurve, guess: Any) -> list[tuple[Round, list[Direction]]]:
+    """The first cycle of every branch, with the directions in which it is followed."""
+    if isinstance(guess, SpecialPoint):
+        return [(start, [ahead]) for start, ahead in _from_hopf(curve, guess)]
+    return [_from_cycle(curve, guess)]
 
 
 def _from_hopf(curve: CycleCurve, point: SpecialPoint) -> list[tuple[Round, Direction]]:
@@ -199,7 +177,13 @@ def _from_cycle(curve: CycleCurve, guess: Any) -> tuple[Round, list[Direction]]:
     return start, [still, still.times(-1.0)]
 
 
-def _branch(curve: CycleCurve, bounds: Limits, start: Round, ways: list[Direction]) -> CycleBranch:
+def _branch(
+    curve: CycleCurve,
+    bounds: Limits,
+    start: Round,
+    ways: list[Direction],
+    interruption: Interruption,
+) -> CycleBranch:
     """The branch from a cycle, both ways or one."""
     places: list[Place[Round]] = []
     special: list[SpecialCycle] = []
@@ -207,7 +191,7 @@ def _branch(curve: CycleCurve, bounds: Limits, start: Round, ways: list[Directio
     for turn, ahead in enumerate(ways):
         follower = Follower(curve, bounds)
         begin = follower.place(start, ahead)
-        reached, events, reason = _followed(curve, follower, begin)
+        reached, events, reason = _followed(curve, follower, begin, interruption)
         if turn:
             # the second way leads to the beginning of the branch
             count = len(reached)
@@ -223,7 +207,10 @@ def _branch(curve: CycleCurve, bounds: Limits, start: Round, ways: list[Directio
 
 
 def _followed(
-    curve: CycleCurve, follower: Follower[Round], begin: Place[Round]
+    curve: CycleCurve,
+    follower: Follower[Round],
+    begin: Place[Round],
+    interruption: Interruption,
 ) -> tuple[list[Place[Round]], list[tuple[int, Event[Round]]], str]:
     """The places after the first, the events between them, and why they end."""
     place = begin
@@ -237,6 +224,8 @@ def _followed(
         events += [(len(places), one) for one in found]
         places.append(reached)
         place = reached
+        if interruption.name:
+            return places, events, "it was interrupted"
     small = SMALL * curve.line.scene.chain.spacing
     dies = place.solution.orbit.amplitude <= small and "small" in follower.reason
     return places, events, DIES_OUT if dies else follower.reason
