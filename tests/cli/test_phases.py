@@ -1,6 +1,10 @@
 """``nrchain phases``: its tables, its files, and what it refuses."""
 
 import csv
+import signal
+import subprocess
+import sys
+import time
 
 import pytest
 from support.command_line import assert_refused, call
@@ -35,6 +39,27 @@ def test_regions_thresholds_and_files_are_shown(tmp_path):
     assert [row["kind"] for row in rows] == [point.kind for point in found.points]
     # the same command again finds all that it needs
     assert call("phases", *SCENE, *AXES).stdout == result.stdout
+
+
+def test_an_interrupted_diagram_says_how_to_go_on(tmp_path):
+    words = ["phases", *SCENE[:-1], "5", *AXES, "--most", "5000", "-o", "d"]
+    with subprocess.Popen(
+        [sys.executable, "-m", "nrchain", *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as program:
+        results, end = tmp_path / "d" / "results.jsonl", time.monotonic() + 120.0
+        while time.monotonic() < end and not (results.exists() and results.stat().st_size):
+            time.sleep(0.05)
+        program.send_signal(signal.SIGINT)
+        shown = program.communicate(timeout=60)
+    assert program.returncode == 130
+    assert shown == (
+        "",
+        "nrchain: interrupted; what is finished is kept in d; the same command continues\n",
+    )
+    assert not nrchain.PhaseDiagram.open(tmp_path / "d").is_complete
 
 
 @pytest.mark.parametrize("axis", ["slip.2s", "slip.2s=1", "slip.2s=1:b", "slip.2s=0:1:2:3"])

@@ -113,6 +113,17 @@ def test_a_folder_is_opened_and_goes_on_where_it_was_left(tmp_path, monkeypatch)
     assert len(done) == len(lines) - 20
 
 
+@pytest.mark.parametrize("count", [0, 3, 9, 12, -1])
+def test_a_diagram_of_which_little_is_finished_can_be_read_and_drawn(count, tmp_path):
+    small(output=tmp_path)
+    lines = (tmp_path / "results.jsonl").read_bytes().splitlines(keepends=True)
+    (tmp_path / "results.jsonl").write_bytes(b"".join(lines[:count]))
+    partial = nrchain.PhaseDiagram.open(tmp_path)
+    assert not partial.is_complete
+    assert len(partial.points) == len(list(partial.rows())) <= len(kept().points)
+    nrchain.phase_plots.draw_phases(partial, tmp_path / "d.png")
+
+
 def counted(done):
     attempt = jobs.attempt
 
