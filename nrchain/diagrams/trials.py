@@ -54,7 +54,7 @@ class Trial:
     seconds
         Processor time, no part of a comparison.
     why
-        Why it stopped early or failed; empty if it did not.
+        Why it stopped early, failed or has not settled; empty for others.
     """
 
     start: str
@@ -175,8 +175,15 @@ def run_trial(
         "end": float(done.time[-1]),
         "steps": steps,
         "seconds": seconds,
-        "why": done.reason if done.status == "stopped" else "",
+        "why": _why(done, found),
     }
+
+
+def _why(done: Trajectory, found: measure.Attractor) -> str:
+    """Why a run stopped or has not settled; empty for others."""
+    if done.status == "stopped":
+        return done.reason
+    return found.confidence if found.kind.value == UNSETTLED else ""
 
 
 def _longer(done: Trajectory, length: Length) -> Length | None:
