@@ -15,9 +15,15 @@ from nrchain.errors import SceneError
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from nrchain.scene.scene import Scene
+    from nrchain.states.branches.branch import SpecialPoint
     from nrchain.states.branches.continuation import BranchDiagram
+    from nrchain.states.cycles.continuation import CycleDiagram
 
-PICTURE = "branches.png"
+PICTURE, CYCLES_PICTURE = "branches.png", "cycles.png"
+
+CYCLES = "cycles"
+"""Folders of the cycles that leave Hopf points begin with this word."""
 
 
 @one_line_errors()
@@ -47,6 +53,9 @@ def branch(
     branches: Annotated[int, typer.Option(min=1, help="Most branches.")] = 8,
     steps: Annotated[int, typer.Option(min=1, help="Most states of a branch.")] = 400,
     step: Annotated[float, typer.Option(help="Largest arclength between two states.")] = 0.05,
+    cycles: Annotated[
+        bool, typer.Option("--cycles", help="Follow the cycles that leave Hopf points as well.")
+    ] = False,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -85,6 +94,30 @@ def branch(
         if one.reason != END:
             note(f"branch {number} ends: {one.reason}")
     show(str(picture), soft_wrap=True)
+    if cycles:
+        for special in _hopf_points(found):
+            _follow_cycles(loaded, ranges, special, folder / f"{CYCLES}-{special.value:.6g}")
+
+
+def _hopf_points(found: BranchDiagram) -> list[SpecialPoint]:
+    """The Hopf points of all branches."""
+    from nrchain.states.branches.events import HOPF
+
+    return [special for special in found.special if special.kind == HOPF]
+
+
+def _follow_cycles(
+    scene: Scene, ranges: dict[str, tuple[float, float]], special: SpecialPoint, folder: Path
+) -> None:
+    """Follow, show and draw the cycles that leave a Hopf point."""
+    from nrchain.states.cycles.continuation import continue_cycle
+    from nrchain.view.cycle_plots import draw_cycles
+
+    found = continue_cycle(scene, ranges, special, output=folder)
+    show(cycles_table(found))
+    if found.special:
+        show(special_cycles_table(found))
+    show(str(draw_cycles(found, folder / CYCLES_PICTURE)), soft_wrap=True)
 
 
 def _range(text: str) -> tuple[str, tuple[float, float]]:
@@ -131,6 +164,41 @@ def special_table(found: BranchDiagram) -> Table:
                 f"{special.value:.9g}",
                 f"{special.error:.1e}",
                 f"{special.frequency:.6g}" if special.frequency else "",
+                f"{special.multiplicity}",
+            )
+    return table
+
+
+def cycles_table(found: CycleDiagram) -> Table:
+    """Where each branch of cycles begins and ends, and how many of them are stable."""
+    from nrchain.cli.tables import plain_table
+
+    key = found.line.key
+    table = plain_table("cycles", f"{key} from", "to", "number", "stable", "period from", "to")
+    for number, one in enumerate(found.branches):
+        table.add_row(
+            f"{number}",
+            *(f"{value:.6g}" for value in one.values[[0, -1]]),
+            f"{len(one)}",
+            f"{int(one.is_stable.sum())}",
+            *(f"{value:.6g}" for value in one.periods[[0, -1]]),
+        )
+    return table
+
+
+def special_cycles_table(found: CycleDiagram) -> Table:
+    """The special points of all branches of cycles."""
+    from nrchain.cli.tables import plain_table
+
+    table = plain_table("cycles", "point", found.line.key, "error", "angle", "at once")
+    for number, one in enumerate(found.branches):
+        for special in one.special:
+            table.add_row(
+                f"{number}",
+                special.kind,
+                f"{special.value:.9g}",
+                f"{special.error:.1e}",
+                f"{special.angle:.6g}" if special.angle else "",
                 f"{special.multiplicity}",
             )
     return table

@@ -5,6 +5,7 @@ Stable parts are solid, unstable ones dashed. Special points are marked.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,8 @@ import numpy as np
 
 from nrchain.states.branches.branch import StateBranch
 from nrchain.states.branches.continuation import BranchDiagram
+from nrchain.states.cycles.branch import CycleBranch
+from nrchain.states.varied import Line
 from nrchain.view.drawing import (
     INK,
     LABEL,
@@ -37,6 +40,8 @@ MARKERS = {
     "pitchfork": ("s", "pitchfork"),
     "transcritical": ("D", "transcritical point"),
     "Hopf": ("o", "Hopf point"),
+    "period doubling": ("^", "period doubling"),
+    "Neimark–Sacker": ("h", "Neimark–Sacker point"),
 }
 
 VANISHING = 1e-9
@@ -60,10 +65,16 @@ def draw_branches(found: BranchDiagram, path: str | Path) -> Path:
     for axis, (name, label) in zip(axes, panels, strict=True):
         style(axis)
         for number, branch in enumerate(found.branches):
-            shown = _draw(axis, branch, name, COLOURS[number % len(COLOURS)]) | shown
+            colour = COLOURS[number % len(COLOURS)]
+            shown = draw_branch(axis, branch, _values(branch, name), colour) | shown
         axis.set_ylabel(label, size=LABEL, color=INK)
-    axes[-1].set_xlabel(letters(", ".join(found.line.ranges)), size=LABEL, color=INK)
-    axes[-1].set_xlim(*sorted((found.line.low, found.line.high)))
+    return finish(figure, axes, found.line, shown, path)
+
+
+def finish(figure: Any, axes: Any, line: Line, shown: Mapping[str, Any], path: Path) -> Path:
+    """Label the axis of the key, add the key of lines and marks, and save."""
+    axes[-1].set_xlabel(letters(", ".join(line.ranges)), size=LABEL, color=INK)
+    axes[-1].set_xlim(*sorted((line.low, line.high)))
     figure.legend(
         shown.values(),
         shown.keys(),
@@ -73,10 +84,10 @@ def draw_branches(found: BranchDiagram, path: str | Path) -> Path:
         fontsize=TEXT,
         labelcolor=INK,
     )
-    for line in figure.legends[0].get_lines():
-        line.set(color=INK, markeredgecolor=INK)
+    for entry in figure.legends[0].get_lines():
+        entry.set(color=INK, markeredgecolor=INK)
     figure.set(facecolor=PAPER, edgecolor=PAPER)
-    title = letters(found.line.scene.title)
+    title = letters(line.scene.title)
     figure.suptitle(title, fontsize=TITLE, fontweight="bold", color=INK)
     save(figure, path)
     return path
@@ -101,16 +112,19 @@ def _moves(found: BranchDiagram, name: str) -> bool:
     return any(_values(one, name).max() > VANISHING * scale * fastest for one in found.branches)
 
 
-def _draw(axes: Any, branch: StateBranch, name: str, colour: str) -> dict[str, Any]:
-    """Draw one branch; return a line of each kind for the key."""
+def draw_branch(
+    axes: Any, branch: StateBranch | CycleBranch, values: np.ndarray, colour: str
+) -> dict[str, Any]:
+    """Draw values (m,) along a branch; return a line of each kind for the key."""
     lines: dict[str, Any] = {}
-    path, stable = _path(branch, name)
+    path, stable = _path(branch, values)
     edges = [0, *(np.flatnonzero(np.diff(stable)) + 1), len(stable)]
     for begin, end in pairwise(edges):
         word, dashes = ("stable", STABLE) if stable[begin] else ("unstable", UNSTABLE)
         own = LINE | {"color": colour, "linewidth": 1.4, "linestyle": dashes}
         (lines[word],) = axes.plot(*path[begin : end + 1].T, **own)
-    for special, height in zip(branch.special, _heights(branch, name), strict=True):
+    points: tuple[Any, ...] = branch.special
+    for special, height in zip(points, _heights(branch, values), strict=True):
         marker, word = MARKERS[special.kind]
         look = {"marker": marker, "markersize": 5.0, "markerfacecolor": PAPER, "linestyle": ""}
         look |= {"color": colour, "markeredgecolor": colour, "markeredgewidth": 1.1, "zorder": 3}
@@ -118,14 +132,12 @@ def _draw(axes: Any, branch: StateBranch, name: str, colour: str) -> dict[str, A
     return lines
 
 
-def _path(branch: StateBranch, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """(k, 2): the states of a branch with its special points, and whether each piece is stable."""
-    points = np.column_stack([branch.values, _values(branch, name)])
-    marks = [
-        (special.value, height)
-        for special, height in zip(branch.special, _heights(branch, name), strict=True)
-    ]
-    after = [special.index + 1 for special in branch.special]
+def _path(branch: StateBranch | CycleBranch, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(k, 2): a branch with its special points, and whether each piece is stable."""
+    points = np.column_stack([branch.values, values])
+    special = [one.value for one in branch.special]
+    marks = list(zip(special, _heights(branch, values), strict=True))
+    after = [one.index + 1 for one in branch.special]
     path = np.insert(points, after, marks, axis=0) if marks else points
     ends = (
         np.insert(branch.is_stable, after, branch.is_stable[after]) if marks else branch.is_stable
@@ -133,9 +145,9 @@ def _path(branch: StateBranch, name: str) -> tuple[np.ndarray, np.ndarray]:
     return path, ends[:-1]
 
 
-def _heights(branch: StateBranch, name: str) -> list[float]:
+def _heights(branch: StateBranch | CycleBranch, heights: np.ndarray) -> list[float]:
     """What is drawn of a branch at its special points, between the states next to them."""
-    heights, found = _values(branch, name), []
+    found = []
     for special in branch.special:
         sides = slice(special.index, special.index + 2)
         order = np.argsort(branch.values[sides])

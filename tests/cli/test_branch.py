@@ -46,3 +46,20 @@ def test_a_range_that_is_none_is_refused(along, tmp_path):
     result = call("branch", "buckling", "--along", along, "-o", tmp_path / "found")
     assert_refused(result, "--along", along, "KEY=LOW:HIGH")
     assert not (tmp_path / "found").exists()
+
+
+def test_cycles_that_leave_hopf_points_are_followed_and_drawn(tmp_path):
+    keys = {"slip.2s": 200, "chain.particles": 12, "elasticity.ratio": 1e8}
+    changes = [part for key, value in keys.items() for part in ("--set", f"{key}={value}")]
+    result = call(
+        *("branch", "buckling", "--along", "slip.3t=4100:4245", *changes, "--branches", "1"),
+        *("--cycles", "-o", tmp_path),
+    )
+    assert result.exit_code == 0
+    (onset,) = nrchain.BranchDiagram.open(tmp_path).special
+    folder = tmp_path / f"cycles-{onset.value:.6g}"
+    found = nrchain.CycleDiagram.open(folder)
+    assert len(found.branches) == 2
+    for branch in found.branches:
+        assert f"{branch.periods[-1]:.6g}" in result.stdout
+    assert (folder / "cycles.png").stat().st_size > 10_000

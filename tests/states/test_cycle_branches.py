@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 import nrchain
+from nrchain.comoving.motions import moved
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.states.cycles.branch import COLUMNS
+from nrchain.states.cycles.charts import chart
 from nrchain.states.cycles.file import write_cycles
 
 MIX = {
@@ -120,3 +122,33 @@ def test_files_hold_whole_branches(branches, folder, tmp_path):
     assert np.array_equal(again.orbit.frames, branches[0].orbits[1].frames)
     with pytest.raises(TrajectoryError, match="holds no cycles"):
         nrchain.CycleDiagram.open(tmp_path / "nowhere")
+
+
+@pytest.mark.slow
+def test_runs_off_a_cycle_decay_before_a_neimark_sacker_point_and_grow_beyond():
+    """The multipliers on both sides are those of runs, to 1 %, and cross the unit circle there."""
+    strong = nrchain.load_scene("buckling", **MIX | {"slip.3t": 11500.0, "run.end": 1500.0})
+    run = nrchain.simulate(nrchain.load_scene(strong, **{"run.snapshots": 1501}))
+    along = {"slip.3t": (11400.0, 12080.0)}
+    found = nrchain.continue_cycle(strong, along, run, step=0.1, intervals=24)
+    (special,) = found.special
+    assert special.kind == "Neimark–Sacker"
+    (branch,) = found.branches
+    for place, grows in ((special.index, False), (special.index + 1, True)):
+        cycle = branch.cycle(place, tolerance=1e-5)
+        start, mode = cycle.at(0.0), cycle.modes[0]
+        positions, frames = moved(*start, 1e-4 * mode.real)
+        ends = {"run.end": 3.0 * cycle.period, "run.snapshots": 4}
+        changed = nrchain.load_scene(cycle.scene, **TIGHT | ends)
+        off = nrchain.simulate(changed, positions=positions, frames=frames)
+        changed = nrchain.load_scene(changed, **{"run.end": 1e-3, "run.snapshots": 2})
+        on = nrchain.simulate(changed, positions=start[0], frames=start[1])
+        path = chart(on.positions[-1], on.frames[-1], start)
+        columns = np.stack([mode.real, mode.imag, path], axis=-1).reshape(-1, 3)
+        first, last = (
+            np.linalg.lstsq(columns, chart(*pose, start).ravel(), rcond=None)[0][:2] @ [1.0, -1.0j]
+            for pose in zip(off.positions[[1, 3]], off.frames[[1, 3]], strict=True)
+        )
+        assert (last / first) == pytest.approx(cycle.multipliers[0] ** 2, rel=0.02)
+        assert (abs(last / first) > 1.0) == grows
+        assert cycle.is_stable != grows
