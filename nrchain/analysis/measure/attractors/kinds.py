@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from nrchain.inputs.names import Named
+from nrchain.wording import brief
 
 
 class Attracted(StrEnum):
@@ -63,6 +64,8 @@ class Attractor:
     period: float | None = None
     numbers: Mapping[str, float] = field(default_factory=dict)
     confidence: str = ""
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "numbers", Named(self.numbers))
