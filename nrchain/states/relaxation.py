@@ -30,6 +30,10 @@ FIRST = 0.01
 QUIET = 1e-8
 """Velocities below this fraction of the largest of the search end it."""
 
+SMALL, STREAK = 1e-7, 8
+"""So do so many steps one after the other, each four times as long as the one before, in which no
+sphere moves by more than this part of d: what is left is rounding."""
+
 
 def relax(point: Point) -> tuple[Point, int, bool]:
     """The point that steps of implicit Euler reach, their number, and whether it has settled."""
@@ -37,14 +41,17 @@ def relax(point: Point) -> tuple[Point, int, bool]:
     speed = point.largest
     if not speed:
         return point, 0, True
-    h = FIRST * spacing / speed
+    h, streak = FIRST * spacing / speed, 0
     for attempt in range(STEPS):
         step = _step(point, h)
         if step is None:
             h *= SLOWER
+            streak = 0
             continue
+        still = np.abs(step.positions - point.positions).max() <= SMALL * spacing
+        streak = streak + 1 if still else 0
         point, speed = step, max(speed, step.largest)
-        if point.largest <= QUIET * speed:
+        if point.largest <= QUIET * speed or streak == STREAK:
             return point, attempt + 1, True
         h *= FASTER
     return point, STEPS, False

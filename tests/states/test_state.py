@@ -224,3 +224,13 @@ def test_a_chain_without_free_spheres_is_refused():
 def test_errors_of_a_guess_call_it_so():
     with pytest.raises(SceneError, match=r"guess = \(7, 3\)"):
         nrchain.find_state(pushers(), (np.zeros((7, 3)), np.broadcast_to(np.eye(3), (7, 3, 3))))
+
+
+def test_a_long_stiff_chain_is_followed_until_rounding_is_left():
+    """Rounding of stiff links keeps velocities far above those of the slow modes times 1e-8."""
+    changes = {"chain.particles": 100, "slip.2s": 2.03, "elasticity.measure": "isotropic"}
+    stiff = {"elasticity.ratio": None, "elasticity.stretch": 1e3, "elasticity.shear": 1e3}
+    found = nrchain.find_state(nrchain.load_scene("buckling", **changes, **stiff), nudge=0.1)
+    assert found.is_stable
+    assert np.abs(found.positions[:, 1:]).max() > 1.0
+    assert found.steps < 60

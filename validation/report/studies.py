@@ -49,6 +49,10 @@ STUDIES: dict[str, Study] = {
         "validation.spectrum.run",
         "Finite chains: rates about their states, buckling, coiling and flutter",
     ),
+    "states": Study(
+        "validation.states.run",
+        "States: branches and their thresholds, oscillations that sustain themselves, phases",
+    ),
     "rod": Study(
         "validation.rod.run",
         "The nonlinear rod: chain against rod at large deflections, and where they differ",

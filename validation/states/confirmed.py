@@ -1,8 +1,8 @@
-"""a(t) = Σ ℓ* · (u, φ): how fast a run returns to a state, or leaves it, against the rate of a mode.
+"""a(t) = Σ ℓ* · (u, φ): how fast a run returns to a state, or leaves it, against the mode's rate.
 
-A run starts off the state along a mode. Its poses, in axes that move with the state, differ from it
-by (u, φ), whose part along the mode is a(t): the slope of log |a| is the rate. The run knows nothing
-of the spectrum but the direction of its start, and how long it takes.
+A run starts off the state along a mode. Its poses, in axes that move with the state, differ from
+it by (u, φ), whose part along the mode is a(t): the slope of log |a| is the rate. The run knows
+nothing of the spectrum but the direction of its start, and how long it takes.
 """
 
 from __future__ import annotations

@@ -81,7 +81,7 @@ def _branch_against_searches(recorder: Recorder) -> None:
         1 if recorder.quick else REPEATS,
     )
     recorder.bound(
-        "time of a state of a branch, with its stability, over that of Newton's method and spectrum",
+        "time of a state of a branch, with all rates, over that of Newton's method with one",
         ours / theirs,
         most=3.0,
         source=f"{len(targets)} states from V = 60 to 200, each from the one before",
