@@ -22,6 +22,7 @@ from nrchain.states.cycles.multipliers import (
 )
 from nrchain.states.cycles.orbit import FIRST, Orbit
 from nrchain.states.cycles.recurrence import STILL, orbit_from_run
+from nrchain.states.search import refuse_poses_out_of_reach
 from nrchain.states.spectrum import require_states
 from nrchain.trajectory.trajectory import Trajectory
 from nrchain.types import Poses
@@ -183,6 +184,8 @@ def cycle_near(chain: RelativeChain, orbit: Orbit, tolerance: float, modes: int)
         )
         raise SceneError("guess", "the guess", allowed)
     _refuse_state(found)
+    for pose in zip(*found.fine.system.orbit.bases(), strict=True):
+        refuse_poses_out_of_reach(chain.scene, *pose)
     return cycle_of(found, modes)
 
 

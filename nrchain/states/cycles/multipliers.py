@@ -18,9 +18,6 @@ from nrchain.effects.base import cross_matrix
 from nrchain.states.cycles.system import Condensed
 from nrchain.wording import brief
 
-NEGLIGIBLE = 1e-12
-"""Multipliers below this are rounding."""
-
 
 @dataclass(frozen=True)
 class Trivial:
