@@ -234,3 +234,9 @@ def test_guesses_that_do_not_repeat_are_refused(run):
         nrchain.find_cycle(still, nrchain.simulate(still))
     with pytest.raises(SceneError, match="positive number"):
         nrchain.find_cycle(run.scene, run, tolerance=0.0)
+
+
+def test_a_cycle_on_which_spheres_overlap_is_refused(cycle, monkeypatch):
+    monkeypatch.setattr("nrchain.states.search.contact_distance", lambda scene: 1e3)
+    with pytest.raises(SceneError, match="overlap"):
+        nrchain.find_cycle(cycle.scene, cycle)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from validation.report.recorder import Recorder
 from validation.states.buckling import buckling, coils
+from validation.states.cycles import cycles
 from validation.states.diagrams import diagrams
 from validation.states.figures import BRANCHES_CAPTION, branches
 from validation.states.mixes import mixes
@@ -24,6 +25,7 @@ def study(recorder: Recorder) -> None:
     coils(recorder)
     mix = mixes(recorder)
     recorder.figure("state-branches", branches(pushers, mix), BRANCHES_CAPTION)
+    cycles(recorder)
     recorder.step("costs")
     speed(recorder)
     diagrams(recorder)
@@ -31,5 +33,6 @@ def study(recorder: Recorder) -> None:
         "Chains with apolar and polar modes **oscillate by themselves**. A clamped chain of "
         "pushers with 3t straightens at one strength of 3t and begins to go round at a larger "
         "one, at the frequency of the mode that turns unstable there. Amplitudes grow as the "
-        "square root of the distance from this Hopf point."
+        "square root of the distance from this Hopf point. Cycles attract runs, or repel them, at "
+        "the rate of their Floquet multipliers."
     )
