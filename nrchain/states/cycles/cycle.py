@@ -108,7 +108,10 @@ class Cycle:
 
     @property
     def displacement(self) -> np.ndarray:
-        """(3,) by which the mean position of the spheres moves in a period, from t = 0 on."""
+        """(3,) by which the mean position of the spheres moves in a period, from t = 0 on.
+
+        Of a chain that turns, only the part along Ω is the same from any other time on.
+        """
         return self.at(self.period)[0].mean(axis=0) - self.at(0.0)[0].mean(axis=0)
 
     @property
