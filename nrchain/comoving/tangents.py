@@ -1,11 +1,12 @@
 """dδ/dt = J(t) δ: how small changes of all poses grow along a motion, by its snapshots.
 
 In axes at rest J = ∂w/∂(u, φ) + [ω_i×] on φ, with the twists w = (v, ω) of the spheres. J is the
-exact derivative of the model at the snapshots, and linear between them. A step is two stages of the
-L-stable scheme of Alexander (SIAM J. Numer. Anal. 14, 1006, 1977) of order 2. After each step the
-motions of the chain as a whole are taken out of δ, and it is made as long as at first; the
-logarithms of the factors add up to the largest Lyapunov exponent (Benettin et al., Meccanica 15, 9,
-1980). It is 0 on a cycle that attracts, and the growth rate of the leading mode about a state.
+exact derivative of the model at the snapshots. Steps go from one snapshot to the next by backward
+differences of order 2, which need J nowhere else: no mean of two J has the directions in which a
+bent chain is stiff in between. After each step the motions of the chain as a whole are taken out of
+δ, and it is made as long as at first; the logarithms of the factors add up to the largest Lyapunov
+exponent (Benettin et al., Meccanica 15, 9, 1980). It is 0 on a cycle that attracts, and the growth
+rate of the leading mode about a state.
 """
 
 from __future__ import annotations
@@ -16,11 +17,12 @@ from typing import Any
 
 import numpy as np
 
+from nrchain.comoving.motions import fields
 from nrchain.comoving.relative import DENSE, Point, RelativeChain
 from nrchain.effects.base import cross_matrix
 
-STAGE = 1.0 - math.sqrt(0.5)
-"""γ of the scheme."""
+RANK = 1e-9
+"""Known solutions are independent of others if more than this part of them is not along those."""
 
 FORGOTTEN = 0.2
 """Part of the time after which δ lies along the direction of fastest growth."""
@@ -28,22 +30,34 @@ FORGOTTEN = 0.2
 BLOCKS = 8
 """Parts of the rest of the time, whose means scatter as the error says."""
 
+PERIODS = BLOCKS / (1.0 - FORGOTTEN)
+"""Periods along which parts are of one period each."""
+
 FEWEST = 5 * BLOCKS
 """Snapshots that are needed."""
 
 
 def largest_exponent(
-    chain: RelativeChain, time: np.ndarray, positions: np.ndarray, frames: np.ndarray
+    chain: RelativeChain,
+    time: np.ndarray,
+    positions: np.ndarray,
+    frames: np.ndarray,
+    beside: bool = False,
 ) -> tuple[float, float]:
     """λ and its error, from at least :data:`FEWEST` snapshots.
+
+    With ``beside``, of changes beside the motion itself: what only shifts the time is taken out of
+    δ as well. On a cycle λ is then ln|μ|/P with the largest multiplier μ but that of time. The
+    parts that give the error are of one period if the time is :data:`PERIODS` periods.
 
     Raises FloatingPointError for tangents that leave the range of floats, and ValueError for
     interactions of all pairs among more than :data:`DENSE` spheres.
     """
     points = [chain.at(poses) for poses in zip(positions, frames, strict=True)]
     tangents = [_tangent(point) for point in points]
-    fine = _growth(time, points, tangents)
-    coarse = _growth(time[::2], points[::2], tangents[::2])
+    known = [_known(point, beside) for point in points]
+    fine = _growth(time, known, tangents)
+    coarse = _growth(time[::2], known[::2], tangents[::2])
     rates = [_mean(time, fine, *ends) for ends in _parts(time)]
     value = _mean(time, fine, *_whole(time))
     scatter = float(np.std(rates, ddof=1)) / math.sqrt(BLOCKS)
@@ -66,23 +80,37 @@ def _tangent(point: Point) -> Any:
     return point.matrix + (blocks if issparse(point.matrix) else blocks.toarray())
 
 
-def _growth(time: np.ndarray, points: list[Point], tangents: list[Any]) -> np.ndarray:
-    """(T,) ln of the growth of δ up to each time."""
-    change = np.random.default_rng(5).standard_normal(points[0].chain.dimension)
+def _known(point: Point, beside: bool) -> np.ndarray:
+    """(n, k) known solutions δ(t): motions of the chain as a whole, and its motion in time."""
+    chain = point.chain
+    elementary = fields(*point.poses, chain.origin, chain.length)
+    columns = [chain.coordinates(one) for one in elementary]
+    known = np.stack(columns, axis=1) @ chain.allowed
+    if not beside:
+        return known
+    return np.column_stack([known, chain.coordinates(chain.model.twists(*point.poses))])
+
+
+def _growth(time: np.ndarray, known: list[np.ndarray], tangents: list[Any]) -> np.ndarray:
+    """(T,) ln of the growth of δ up to each time.
+
+    (1 + 2r) δ₂ − (1 + r)² δ₁ + r² δ₀ = (1 + r) h J₂ δ₂ with steps h and h/r; the first is implicit
+    Euler. What δ₂ holds of known solutions is taken out of δ₁ as well.
+    """
+    here = np.random.default_rng(5).standard_normal(len(known[0]))
+    before, last = np.zeros_like(here), math.inf
     total, grown = 0.0, [0.0]
     for k, step in enumerate(np.diff(time)):
-        begin, end = tangents[k], tangents[k + 1]
-        middle = begin + STAGE * (end - begin)
-        first = _solve(middle, STAGE * step, middle @ change)
-        along = end @ (change + (1.0 - STAGE) * step * first)
-        second = _solve(end, STAGE * step, along)
-        change = change + step * ((1.0 - STAGE) * first + STAGE * second)
-        basis = points[k + 1].neutral
-        change -= basis @ (basis.T @ change)
-        length = float(np.linalg.norm(change))
+        r = step / last
+        right = ((1.0 + r) ** 2 * here - r**2 * before) / (1.0 + 2.0 * r)
+        ahead = _solve(tangents[k + 1], (1.0 + r) / (1.0 + 2.0 * r) * step, right)
+        if known[k].shape[1]:
+            parts = np.linalg.lstsq(known[k + 1], ahead, RANK)[0]
+            ahead, here = ahead - known[k + 1] @ parts, here - known[k] @ parts
+        length = float(np.linalg.norm(ahead))
         if not 0.0 < length < math.inf:
             raise FloatingPointError(f"tangents leave the range of floats at t = {time[k]:.6g}")
-        change /= length
+        before, here, last = here / length, ahead / length, step
         total += math.log(length)
         grown.append(total)
     return np.array(grown)

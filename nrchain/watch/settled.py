@@ -28,7 +28,7 @@ from nrchain.comoving.recurrence import FINE, Cycle, find_cycle
 from nrchain.comoving.relative import RelativeChain
 from nrchain.comoving.shapes import Series
 from nrchain.comoving.stability import leading_rate
-from nrchain.comoving.tangents import FEWEST, largest_exponent
+from nrchain.comoving.tangents import FEWEST, PERIODS, largest_exponent
 from nrchain.outcome import Settled
 from nrchain.scene.scene import Scene
 from nrchain.types import Poses
@@ -53,9 +53,6 @@ FIRST, RATIO = 40, 1.1
 
 KEPT = 4000
 """Snapshots that are kept for these looks."""
-
-PERIODS = 10
-"""Periods along which small changes are followed."""
 
 ALIKE = 1e-2
 """Two cycles whose period and amplitude differ by less than this part are one."""
@@ -135,12 +132,12 @@ class SettledWatch:
             return None
         spacing = float(times[-1] - times[-2])
         stride = max(int(found.period / (FINE * spacing)), 1)
-        seen = min(len(times), max(int(PERIODS * found.period / spacing), FEWEST * stride))
-        places = np.arange(len(times) - 1, len(times) - 1 - seen, -stride)[::-1]
+        seen = min(len(times) - 1, round(PERIODS * found.period / spacing))
+        places = np.arange(len(times) - 1, len(times) - 2 - seen, -stride)[::-1]
         if len(places) < FEWEST:
             return None
         exponent, error = largest_exponent(
-            self._chain, times[places], positions[places], frames[places]
+            self._chain, times[places], positions[places], frames[places], beside=True
         )
         if exponent > CERTAIN * error and exponent * found.period > GROWS:
             self._left = found.period, found.amplitude

@@ -23,6 +23,7 @@ from nrchain.comoving.recurrence import (
 )
 from nrchain.comoving.relative import RelativeChain
 from nrchain.comoving.shapes import Series
+from nrchain.comoving.tangents import FEWEST, PERIODS, largest_exponent
 from nrchain.errors import SceneError
 from nrchain.notices import ignore
 from nrchain.outcome import Cause
@@ -80,9 +81,9 @@ def attractor(trajectory: Trajectory, *, further: bool = True) -> Attractor:
     orbit, or None where the chain gets there later. A shape that recurs to 5 % has a kind too, and
     no ``since``. If the bends go round, on ellipses nearer to a circle than to a line,
     the kind is "rotating shape". Otherwise it is "travelling oscillation" or "standing
-    oscillation", by the phase of the bends along the chain. With ``further``, the largest Lyapunov
-    exponent over the last periods is among the numbers, and ``confidence`` says if small changes
-    grow: a start that keeps a plane may lead to a cycle that others leave.
+    oscillation", by the phase of the bends along the chain. With ``further``, the rate at which
+    small changes beside the cycle grow is among the numbers, and ``confidence`` says if it is above
+    0: a start that keeps a plane may lead to a cycle that others leave.
 
     Irregular: neither, the largest Lyapunov exponent (:func:`lyapunov`) of the chain that goes on
     exceeds 0 by three standard errors, small changes grow by more than e³, and the shape keeps its
@@ -201,7 +202,7 @@ def _periodic(cycle: Cycle, series: Series, fine: Trajectory | None) -> Attracto
     since = float(series.time[first]) if first < count else None
     words = f"recurs to {cycle.change:.1g} of its amplitude in a period"
     found = _of_cycle(cycle, since, words)
-    exponent = None if fine is None else _exponent_on(cycle, fine)
+    exponent = None if fine is None else _exponent_on(cycle, fine, series.chain)
     if exponent is None:
         return found
     numbers = {**found.numbers, "exponent": exponent.value, "exponent error": exponent.error}
@@ -211,24 +212,20 @@ def _periodic(cycle: Cycle, series: Series, fine: Trajectory | None) -> Attracto
     return replace(found, numbers=numbers, confidence=words)
 
 
-def _exponent_on(cycle: Cycle, fine: Trajectory) -> Estimate | None:
-    """The largest Lyapunov exponent over the last periods; None for too few snapshots."""
+def _exponent_on(cycle: Cycle, fine: Trajectory, chain: RelativeChain) -> Estimate | None:
+    """The exponent of changes beside the cycle, over its last periods; None for few snapshots."""
     count = len(fine.time)
     spacing = float(fine.time[-1] - fine.time[0]) / (count - 1)
     stride = max(int(cycle.period / (FINE * spacing)), 1)
-    seen = min(count, int(LONG * cycle.period / spacing))
-    places = np.arange(count - 1, count - 1 - seen, -stride)[::-1]
-    last = replace(
-        fine,
-        time=fine.time[places],
-        positions=fine.positions[places],
-        frames=fine.frames[places],
-        position_error=None,
-        frame_error=None,
-    )
+    seen = min(count - 1, round(PERIODS * cycle.period / spacing))
+    places = np.arange(count - 1, count - 2 - seen, -stride)[::-1]
+    if len(places) < FEWEST:
+        return None
+    time, frames = fine.time[places], fine.frames[places]
+    positions = positions_of(fine)[places]
     try:
-        return lyapunov(last)
-    except MeasurementError:
+        return Estimate(*largest_exponent(chain, time, positions, frames, beside=True))
+    except ValueError:
         return None
 
 
