@@ -10,6 +10,7 @@ show what runs end in. A filament with a follower force is compared with the lit
 from __future__ import annotations
 
 from validation.report.recorder import Recorder
+from validation.states.benchmark import benchmark
 from validation.states.buckling import buckling, coils
 from validation.states.cycles import cycles
 from validation.states.diagrams import diagrams
@@ -26,6 +27,7 @@ def study(recorder: Recorder) -> None:
     mix = mixes(recorder)
     recorder.figure("state-branches", branches(pushers, mix), BRANCHES_CAPTION)
     cycles(recorder)
+    benchmark(recorder)
     recorder.step("costs")
     speed(recorder)
     diagrams(recorder)
