@@ -19,8 +19,8 @@ from nrchain.errors import SceneError
 from nrchain.inputs.rules import is_number
 from nrchain.scene.loading import require_scene
 from nrchain.scene.scene import Scene
+from nrchain.states.parameters import find_parameter
 from nrchain.states.spectrum import Spectrum, spectrum
-from nrchain.states.varied import varied
 from nrchain.wording import brief
 
 MODES = 4
@@ -89,7 +89,7 @@ def critical_strength(
     require_scene(scene)
     low, high = _bracket(between)
     spectra: dict[float, Spectrum] = {}
-    change = varied(scene, key)
+    change = find_parameter(scene, key).changed
 
     def growth(value: float) -> float:
         spectra[value] = spectrum(change(float(value)), at, modes=MODES)

@@ -3,37 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from nrchain.errors import SceneError
 from nrchain.inputs.rules import is_number
-from nrchain.scene.loading import load_scene
 from nrchain.scene.scene import Scene
-from nrchain.states.parameters import parameters
-
-CHAIN = "chain.spacing", "chain.radius", "chain.viscosity"
-"""Keys of the chain that may vary; its number of spheres and its ends may not."""
+from nrchain.states.parameters import Parameter, find_parameter
 
 BETWEEN = 0.5 * (3.0 - math.sqrt(5.0))
 """Fraction of a range at which a key that takes only whole numbers has none."""
-
-
-def varied(scene: Scene, key: str) -> Callable[[float], Scene]:
-    """The scene with another value of a key on which its motion depends.
-
-    ``key`` is dotted and has one number for a value, such as ``slip.2s``, whether the scene names
-    it or not. ``slip.2s[3]`` is one number of a list.
-    """
-    numbers = {one.key: one.changed for one in parameters(scene)}
-    if key in numbers:
-        return numbers[key]
-    section = str(key).partition(".")[0]
-    if key not in CHAIN and section not in {"elasticity", "slip", *scene.further}:
-        allowed = f"must be a number on which motion depends, such as {', '.join(numbers)}"
-        raise SceneError("key", key, allowed)
-    return lambda value: load_scene(scene, **{key: value})
 
 
 @dataclass(frozen=True)
@@ -79,10 +60,18 @@ class Line:
 
     def at(self, value: float) -> Scene:
         """The scene where the first key has ``value``."""
-        scene = self.scene
-        for key, place in self.values(value).items():
-            scene = varied(scene, key)(float(place))
+        scene = self._first.changed(float(value))
+        for key, place in list(self.values(value).items())[1:]:
+            scene = find_parameter(scene, key).changed(float(place))
         return scene
+
+    def __getstate__(self) -> dict[str, Any]:
+        # how a key is changed is a function, which cannot be pickled
+        return {"scene": self.scene, "ranges": self.ranges}
+
+    @cached_property
+    def _first(self) -> Parameter:
+        return find_parameter(self.scene, self.key)
 
     def holds(self, value: float) -> bool:
         """Whether ``value`` is between the ends."""

@@ -280,7 +280,7 @@ def test_a_folder_of_another_request_is_left_alone(tmp_path):
 @pytest.mark.parametrize(
     ("along", "message"),
     [
-        ({"run.end": (1.0, 2.0)}, "run.end.*must be a number on which motion depends"),
+        ({"run.end": (1.0, 2.0)}, "run.end.*must be a number on which the motion depends"),
         ({"start.amplitude": (0.0, 1.0)}, "start.amplitude"),
         ({"chain.particles": (6, 12)}, "chain.particles"),
         ({"slip.neighbours": (1, 3)}, "slip.neighbours"),
