@@ -181,6 +181,7 @@ def _sparse_factors(
         shifted = block_array([[shifted, csc_array(columns)], [csc_array(rows), csc_array(corner)]])
     kind = complex if isinstance(shift, complex) else float
     try:
-        return splu(shifted.tocsc().astype(kind))
+        # spheres in their order along the chain are a band already
+        return splu(shifted.tocsc().astype(kind), permc_spec="NATURAL")
     except RuntimeError as error:
         raise FloatingPointError(f"the matrix of small changes is singular: {error}") from None

@@ -182,7 +182,7 @@ def measured_period(state: nrchain.State) -> float:
     """Mean time between passages of the middle sphere through z = 0, y > 0, in a run."""
     spin = abs(float(state.rotation[0]))
     end = 3.25 * 2.0 * math.pi / spin
-    tight = {"run.rtol": 1e-9, "run.atol": 1e-12}
+    tight = {"run.rtol": 1e-8, "run.atol": 1e-11}
     scene = nrchain.load_scene(state.scene, **{"run.end": end, "run.snapshots": 2001}, **tight)
     run = nrchain.simulate(scene, positions=state.positions, frames=state.frames)
     middle = run.positions[:, len(state.positions) // 2, 1:]
