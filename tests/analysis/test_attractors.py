@@ -168,3 +168,11 @@ def test_distances_do_not_depend_on_how_a_free_chain_lies():
     assert distances(group, moved[None], positions)[0] < 1e-12
     mirrored = moved * [1.0, 1.0, -1.0]
     assert distances(group, mirrored[None], positions)[0] > 0.1
+
+
+def test_beside_a_cycle_the_exponent_is_that_of_the_largest_multiplier():
+    run = nrchain.simulate(flutter(**{"run.snapshots": 2001}))
+    found = measure.attractor(run)
+    cycle = nrchain.find_cycle(run.scene, run, tolerance=1e-3, modes=2)
+    expected = math.log(abs(cycle.multipliers[0])) / cycle.period
+    assert found.numbers["exponent"] == pytest.approx(expected, rel=0.05)
