@@ -159,14 +159,13 @@ def run_trial(
     """
     done = simulated(scene, start, length, interruption)
     found, steps, seconds = measure.attractor(done, further=False), _steps(done), _seconds(done)
-    longer = _longer(done, length) if found.kind.value == UNSETTLED else None
-    if longer is not None:
-        length = longer
-        done = simulated(scene, start, length, interruption)
-        found = measure.attractor(done)
-        steps, seconds = steps + _steps(done), seconds + _seconds(done)
-    elif found.kind.value == UNSETTLED:
-        found = measure.attractor(done)
+    if found.kind.value == UNSETTLED:
+        longer = _longer(done, length)
+        if longer is not None:
+            length = longer
+            done = simulated(scene, start, length, interruption)
+            steps, seconds = steps + _steps(done), seconds + _seconds(done)
+        found = reached(done)
     return {
         "kind": found.kind.value,
         "since": found.since,
@@ -185,6 +184,12 @@ def _why(done: Trajectory, found: measure.Attractor) -> str:
     if done.status == "stopped":
         return done.reason
     return found.confidence if found.kind.value == UNSETTLED else ""
+
+
+def reached(done: Trajectory) -> measure.Attractor:
+    """The attractor of a run; the chain goes on only where the snapshots do not tell."""
+    found = measure.attractor(done, further=False)
+    return measure.attractor(done) if found.kind.value == UNSETTLED else found
 
 
 def _longer(done: Trajectory, length: Length) -> Length | None:

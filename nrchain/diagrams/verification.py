@@ -13,11 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nrchain.analysis import measure
 from nrchain.diagrams.jobs import FAILED
 from nrchain.diagrams.ledger import Result
 from nrchain.diagrams.linear import Length
-from nrchain.diagrams.trials import Trial, simulated
+from nrchain.diagrams.trials import Trial, reached, simulated
 from nrchain.errors import NrchainError
 from nrchain.run.interruption import Interruption
 from nrchain.scene.scene import Scene
@@ -96,7 +95,7 @@ def verify(
     assert done.position_error is not None
     known = done.position_error[np.isfinite(done.position_error)]
     error = float(known.max()) / scene.chain.radius if len(known) else math.nan
-    again = measure.attractor(done).kind.value
+    again = reached(done).kind.value
     why = "" if again == kind else f"the verified run ends {again}"
     confirmed = _confirmed(done, kind)
     return {
