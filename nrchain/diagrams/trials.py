@@ -159,7 +159,9 @@ def run_trial(
     """
     done = simulated(scene, start, length, interruption)
     found, steps, seconds = measure.attractor(done, further=False), _steps(done), _seconds(done)
-    if found.kind.value == UNSETTLED:
+    is_near = found.period is not None and found.since is None
+    if found.kind.value == UNSETTLED or is_near:
+        # a cycle that is only neared may be one that the chain passes by
         longer = _longer(done, length)
         if longer is not None:
             length = longer
