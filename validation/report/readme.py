@@ -27,6 +27,11 @@ FIGURES = (
         "dispersion",
         "Growth rates and phase velocities from simulation, the exact lattice and the continuum",
     ),
+    (
+        "states",
+        "state-branches",
+        "Pushers buckle, and with 3t they straighten and then go round: branches of states",
+    ),
     ("cost", "Stepping", "Error against run time of the integrators, scene by scene"),
 )
 """Study, name and caption of each figure in the README."""
