@@ -21,13 +21,13 @@ from nrchain.view.drawing import (
     LABEL,
     LINE,
     PAPER,
-    TEXT,
     TITLE,
     check_picture,
     letters,
     new_figure,
     save,
     style,
+    write_key,
 )
 
 COLOURS = ("#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f", "#17becf")
@@ -75,17 +75,7 @@ def finish(figure: Any, axes: Any, line: Line, shown: Mapping[str, Any], path: P
     """Label the axis of the key, add the key of lines and marks, and save."""
     axes[-1].set_xlabel(letters(", ".join(line.ranges)), size=LABEL, color=INK)
     axes[-1].set_xlim(*sorted((line.low, line.high)))
-    figure.legend(
-        shown.values(),
-        shown.keys(),
-        loc="outside lower center",
-        ncols=5,
-        frameon=False,
-        fontsize=TEXT,
-        labelcolor=INK,
-    )
-    for entry in figure.legends[0].get_lines():
-        entry.set(color=INK, markeredgecolor=INK)
+    write_key(figure, shown, columns=5)
     figure.set(facecolor=PAPER, edgecolor=PAPER)
     title = letters(line.scene.title)
     figure.suptitle(title, fontsize=TITLE, fontweight="bold", color=INK)

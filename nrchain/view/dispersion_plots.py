@@ -26,6 +26,7 @@ from nrchain.view.drawing import (
     new_figure,
     save,
     style,
+    write_key,
     write_title,
 )
 
@@ -97,17 +98,7 @@ def draw_dispersion(found: Dispersion, path: str | Path, modes: ModeWaves | None
         panels[1, column].set(xlabel="$qd$")
     panels[0, 0].set(ylabel=r"growth  Re $\Lambda$")
     panels[1, 0].set(ylabel=r"frequency  $\omega = -$Im $\Lambda$")
-    figure.legend(
-        lines.values(),
-        lines.keys(),
-        loc="outside lower center",
-        ncols=4,
-        frameon=False,
-        fontsize=TEXT,
-        labelcolor=INK,
-    )
-    for line in figure.legends[0].get_lines():
-        line.set(color=INK, markeredgecolor=INK)
+    write_key(figure, lines, columns=4)
     figure.set(facecolor=PAPER, edgecolor=PAPER)
     figure.suptitle(letters(found.scene.title), fontsize=TITLE, fontweight="bold", color=INK)
     save(figure, path)

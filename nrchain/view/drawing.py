@@ -8,6 +8,7 @@ the screen. Only the fonts are those of the settings.
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -164,6 +165,21 @@ def write_title(axes: Any, text: str, pad: float = 6.0, slant: str = "normal") -
     """Write a title above axes, in the size of labels."""
     look = {"fontsize": LABEL, "fontweight": "normal", "fontstyle": slant, "color": INK}
     axes.set_title(text, loc="center", pad=pad, y=1.0, **look)
+
+
+def write_key(figure: Any, lines: Mapping[str, Any], columns: int) -> None:
+    """Write a key of lines and marks below a figure, all of them in the colour of letters."""
+    figure.legend(
+        lines.values(),
+        lines.keys(),
+        loc="outside lower center",
+        ncols=columns,
+        frameon=False,
+        fontsize=TEXT,
+        labelcolor=INK,
+    )
+    for line in figure.legends[0].get_lines():
+        line.set(color=INK, markeredgecolor=INK)
 
 
 def letters(text: str) -> str:
