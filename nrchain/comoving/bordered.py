@@ -60,7 +60,7 @@ class Bordered:
         self._kind = complex if self._shift.imag else float
         if not self._shift.imag:
             self._shift = self._shift.real
-        products = by_products and not point.is_banded
+        products = by_products and not point.has_blocks
         matrix = None if products else point.matrix
         self.is_direct = matrix is not None
         near = point.near if matrix is None else matrix

@@ -195,10 +195,29 @@ class Point:
             return near
         if self.chain.model.count > DENSE:
             return None
+        if self.chain.model.has_pair_blocks:
+            return near.toarray() + self._far()
         columns = np.empty((self.chain.dimension,) * 2)
         for unit, column in zip(np.eye(self.chain.dimension), columns, strict=True):
             column[:] = self._product(unit)
         return columns.T
+
+    @property
+    def has_blocks(self) -> bool:
+        """Whether blocks of pairs give :attr:`matrix`, at the cost of a few products."""
+        model = self.chain.model
+        return self.is_banded or (model.has_pair_blocks and model.count <= DENSE)
+
+    def _far(self) -> np.ndarray:
+        """J (n, n) less :attr:`near`."""
+        chain, count = self.chain, self.chain.model.count
+        ratio = np.repeat([1.0, chain.length], 3)
+        blocks = chain.model.far_blocks(*self.poses) * (ratio[:, None] / ratio)
+        whole = np.empty((count, 6, count, 6))
+        for i, own in enumerate(blocks):
+            whole[i] = own[count - 1 - i : 2 * count - 1 - i].swapaxes(0, 1)
+        free = chain.free
+        return whole[free][:, :, free].reshape(chain.dimension, chain.dimension)
 
     def product(self, vector: np.ndarray) -> np.ndarray:
         """J · vector (n,) or (n, k), real or complex.

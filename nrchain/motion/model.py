@@ -214,6 +214,23 @@ class Model:
         """Take the derivative of slip here; blocks += that of near neighbours."""
         self._linearised_slip.add_jacobian(positions, frames, blocks)
 
+    @property
+    def has_pair_blocks(self) -> bool:
+        """(N, 2N − 1, 6, 6): ∂(v, ω)_i / ∂(u, φ)_{i+m−N+1}, less what :meth:`linearise` holds."""
+        near = all(effect.places is not None for effect in self.further_effects)
+        return near and self.friction is None and not self.period
+
+    def far_blocks(self, positions: np.ndarray, frames: np.ndarray) -> np.ndarray:
+        """(N, 2N − 1, 6, 6): ∂(v, ω)_i / ∂(u, φ)_{i+m−N+1} less the blocks of :meth:`linearise`."""
+        flow, reach, count = self._linearised_slip, self.reach, self.count
+        blocks = np.zeros((count, 2 * count - 1, 6, 6))
+        near = np.zeros((count, 2 * reach + 1, 6, 6))
+        flow.add_jacobian(positions, frames, blocks)
+        flow.add_jacobian(positions, frames, near)
+        width = min(reach, count - 1)
+        blocks[:, count - 1 - width : count + width] -= near[:, reach - width : reach + width + 1]
+        return blocks
+
     def add_product(self, poses: np.ndarray, twists: np.ndarray) -> None:
         """twists += the change of the twists with ``poses`` (N, 6), about the last linearisation.
 

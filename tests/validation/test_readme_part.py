@@ -17,7 +17,7 @@ def report(tmp_path):
     """A report of full runs in which every study passed and one bar is not met."""
     folder = tmp_path / "report"
     (folder / "figures").mkdir(parents=True)
-    shown = {study: name for study, name, _ in FIGURES}
+    shown = [(study, name) for study, name, _ in FIGURES]
     studies = [
         {
             "study": name,
@@ -26,14 +26,16 @@ def report(tmp_path):
             "seconds": 2.0,
             "passed": 3,
             "failed": 0,
-            "figures": [{"name": shown[name], "file": f"figures/{name}.png"}]
-            if name in shown
-            else [],
+            "figures": [
+                {"name": figure, "file": f"figures/{name}-{figure}.png"}
+                for of, figure in shown
+                if of == name
+            ],
         }
         for name, study in STUDIES.items()
     ]
-    for name in shown:
-        (folder / "figures" / f"{name}.png").write_bytes(name.encode())
+    for name, figure in shown:
+        (folder / "figures" / f"{name}-{figure}.png").write_bytes(figure.encode())
     bar = {"name": "slow (9 asked for)", "kind": "shortfall", "measured": 4.0, "source": "a | b"}
     task = {"name": "near run against the recipe", "ours": 0.5, "theirs": 2.0, "ratio": 4.0}
     reach = {
@@ -77,10 +79,10 @@ def test_what_lies_between_the_marks_is_replaced_and_nothing_else(root, report):
             "| slow (9 asked for) | 4 | a \\| b |",
         ):
             assert text_of(root / DETAILS).count(line) == 1
-    for study, _, caption in FIGURES:
-        assert f"![{caption}](validation/images/{study}.png)" in text_of(root / README)
-        copied = root / "validation" / "images" / f"{study}.png"
-        assert copied.read_bytes() == study.encode()
+    for study, figure, caption in FIGURES:
+        assert f"![{caption}](validation/images/{study}-{figure}.png)" in text_of(root / README)
+        copied = root / "validation" / "images" / f"{study}-{figure}.png"
+        assert copied.read_bytes() == figure.encode()
 
 
 @pytest.mark.parametrize("page", [README, DETAILS])
@@ -94,7 +96,7 @@ def test_a_page_without_marks_is_refused_and_neither_page_changes(page, root, re
 
 def test_a_report_that_is_not_complete_is_refused_and_leaves_the_pages(root, report):
     before = text_of(root / README)
-    (report / "figures" / "cost.png").unlink()
+    next((report / "figures").glob("cost-*.png")).unlink()
     with pytest.raises(ReportError, match="no such figure"):
         update(root, report)
     results = json.loads((report / "results.json").read_text(encoding="utf-8"))

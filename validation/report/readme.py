@@ -32,6 +32,11 @@ FIGURES = (
         "state-branches",
         "Pushers buckle, and with 3t they straighten and then go round: branches of states",
     ),
+    (
+        "states",
+        "phases-2s-3t",
+        "What a clamped chain of pushers with 3t ends in, over both strengths",
+    ),
     ("cost", "Stepping", "Error against run time of the integrators, scene by scene"),
 )
 """Study, name and caption of each figure in the README."""
