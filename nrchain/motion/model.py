@@ -216,7 +216,7 @@ class Model:
 
     @property
     def has_pair_blocks(self) -> bool:
-        """(N, 2N − 1, 6, 6): ∂(v, ω)_i / ∂(u, φ)_{i+m−N+1}, less what :meth:`linearise` holds."""
+        """Whether :meth:`far_blocks` holds all that :meth:`linearise` leaves out: slip alone."""
         near = all(effect.places is not None for effect in self.further_effects)
         return near and self.friction is None and not self.period
 
