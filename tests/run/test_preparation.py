@@ -19,7 +19,7 @@ from nrchain.scene.poses import initial_poses
 def watches_of(scene, choice=None):
     start = Start(scene, initial_poses(scene), choice)
     integrator = make_integrator(scene, ChartedChain(Model(scene)))
-    return make_watches(start, start.begin[0], integrator, ignore)
+    return make_watches(start, start.begin, integrator, ignore)
 
 
 @pytest.mark.parametrize(

@@ -7,15 +7,15 @@ begins.
 
 from __future__ import annotations
 
-import warnings
 from typing import NamedTuple
 
 import numpy as np
 
 from nrchain.comoving.motions import moved
 from nrchain.comoving.relative import RelativeChain
-from nrchain.errors import SceneError, SceneWarning
-from nrchain.run.simulation import simulate
+from nrchain.errors import SceneError
+from nrchain.run.preparation import check_start
+from nrchain.run.simulation import simulate_in_memory
 from nrchain.scene.loading import load_scene
 from nrchain.scene.scene import Scene
 from nrchain.states.cycles.carrying import carry, fit, rates
@@ -85,9 +85,8 @@ def orbit_from_run(scene: Scene, run: Trajectory) -> tuple[RelativeChain, Orbit]
 def _run_on(scene: Scene, begin: Poses, duration: float) -> Trajectory:
     """A run from given poses."""
     times = {"run.end": duration, "run.snapshots": SAMPLES + 1, "run.verify": False}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)
-        return simulate(load_scene(scene, **times), positions=begin[0], frames=begin[1])
+    start = check_start(load_scene(scene, **times), *begin, None)
+    return simulate_in_memory(start, report=lambda text: None)
 
 
 def _first(returns: list[Return]) -> Return:
