@@ -25,6 +25,10 @@ AXES = {
     "2s, 4a": (PUSH, ("slip.4a", 0.0, 4000.0)),
 }
 
+GRIDS = {"2s, 3t": (17, 2), "2s, 4a": (21, 0)}
+"""Points of the first grid along each axis, and how often it is refined. Over (2s, 4a) there are
+three regions with plain borders, and slow runs next to them."""
+
 LEAST_POINTS = 400
 
 OSCILLATING = ("standing oscillation", "travelling oscillation", "rotating shape")
@@ -54,7 +58,7 @@ def diagrams(recorder: Recorder) -> dict[str, nrchain.PhaseDiagram]:
     for axes in list(AXES)[:1] if recorder.quick else AXES:
         x, y = AXES[axes]
         recorder.step(f"phases over {axes}")
-        diagram = compute(x, y, quick=recorder.quick)
+        diagram = compute(x, y, *GRIDS[axes], quick=recorder.quick)
         found[axes] = diagram
         _check(recorder, axes, diagram)
         recorder.figure(
@@ -66,13 +70,19 @@ def diagrams(recorder: Recorder) -> dict[str, nrchain.PhaseDiagram]:
 
 
 def compute(
-    x: tuple[str, float, float], y: tuple[str, float, float], *, quick: bool
+    x: tuple[str, float, float],
+    y: tuple[str, float, float],
+    count: int,
+    levels: int,
+    *,
+    quick: bool,
 ) -> nrchain.PhaseDiagram:
     """The diagram: in full, of at least :data:`LEAST_POINTS` points, each from two starts."""
     scene = nrchain.load_scene("buckling", **SCENE)
     if quick:
         return nrchain.phases(scene, (*x, 5), (*y, 5), "random", levels=1, most=50)
-    return nrchain.phases(scene, (*x, 17), (*y, 17), ("random", "planar"), levels=2, most=560)
+    starts = "random", "planar"
+    return nrchain.phases(scene, (*x, count), (*y, count), starts, levels=levels, most=560)
 
 
 def _check(recorder: Recorder, axes: str, diagram: nrchain.PhaseDiagram) -> None:
