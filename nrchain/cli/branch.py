@@ -72,7 +72,10 @@ def branch(
     from nrchain.trajectory.trajectory import Trajectory
     from nrchain.view.branch_plots import draw_branches
 
-    ranges = dict(_range(text) for text in along)
+    given = [_range(text) for text in along]
+    ranges = dict(given)
+    if len(ranges) < len(given):
+        raise SceneError("--along", ", ".join(along), "must name each key once")
     loaded, _ = load(scene, changes)
     guess = None if start is None else Trajectory.open(find_run(start))
     folder = output or RUNS / f"{Path(scene).stem}-branch"
@@ -93,6 +96,8 @@ def branch(
     for number, one in enumerate(found.branches):
         if one.reason != END:
             note(f"branch {number} ends: {one.reason}")
+    if len(found.branches) == branches:
+        note(f"no more than {branches} branches are followed: --branches sets how many")
     show(str(picture), soft_wrap=True)
     if cycles:
         for special in _hopf_points(found):

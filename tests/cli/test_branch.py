@@ -63,3 +63,15 @@ def test_cycles_that_leave_hopf_points_are_followed_and_drawn(tmp_path):
     for branch in found.branches:
         assert f"{branch.periods[-1]:.6g}" in result.stdout
     assert (folder / "cycles.png").stat().st_size > 10_000
+
+
+def test_a_key_that_is_given_twice_is_refused(tmp_path):
+    twice = ("--along", "slip.2s=0:1", "--along", "slip.2s=0:3")
+    result = call("branch", "buckling", *twice, "-o", tmp_path / "found")
+    assert_refused(result, "--along", "each key once")
+
+
+def test_the_limit_of_branches_is_noted_where_it_is_reached(tmp_path):
+    limit = ("--branches", "1", "-o", tmp_path / "found")
+    result = call("branch", "buckling", "--along", "slip.2s=700:800", *SIX, *limit)
+    assert "no more than 1 branches are followed" in result.stderr

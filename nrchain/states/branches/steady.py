@@ -82,7 +82,7 @@ class SteadyCurve:
     def moved(self, solution: Steady, direction: Direction) -> Steady:
         """Poses displaced and rotated, at another p."""
         value = solution.value + direction.value
-        scene = self.line.at(value) if direction.value else solution.scene
+        scene = self._scene(value) if direction.value else solution.scene
         poses = moved(
             *carried(solution.point.poses, solution.scene, scene),
             solution.point.chain.poses(direction.change),
@@ -167,14 +167,25 @@ class SteadyCurve:
         return Edge(self._slope(solution), row, across.value / self.line.length**2)
 
     def _slope(self, solution: Steady) -> np.ndarray:
-        """∂G/∂p (n,) with the motion as a whole kept."""
-        step = DIFFERENCE * self.line.length
-        ends = [self._left_over(solution, solution.value + sign * step) for sign in (1.0, -1.0)]
-        return (ends[0] - ends[1]) / (2.0 * step)
+        """∂G/∂p (n,) with the motion as a whole kept; from one side at the ends of the range."""
+        step, value = DIFFERENCE * self.line.length, solution.value
+        sides = [side for side in (value + step, value - step) if self.line.holds(side)]
+        first, second = sides if len(sides) == 2 else (*sides, value, value)[:2]
+        if first == second:
+            raise FloatingPointError(f"{value:.6g} is beyond the range")
+        ends = [self._left_over(solution, side) for side in (first, second)]
+        return (ends[0] - ends[1]) / (first - second)
+
+    def _scene(self, value: float) -> Scene:
+        """The scene at p; a step that leaves what a scene allows is too long."""
+        try:
+            return self.line.at(value)
+        except SceneError as error:
+            raise FloatingPointError(str(error)) from None
 
     def _left_over(self, solution: Steady, value: float) -> np.ndarray:
         """w − g (n,) of a scene nearby, in the coordinates of the solution."""
-        point, scene = solution.point, self.line.at(value)
+        point, scene = solution.point, self._scene(value)
         poses = carried(point.poses, solution.scene, scene)
         chain = point.chain
         elementary = fields(*poses, chain.origin, chain.length)

@@ -229,6 +229,14 @@ def test_a_start_inside_the_range_is_followed_both_ways():
     assert (np.diff(down.values) < 0.0).all()
 
 
+def test_no_scene_beyond_the_ends_of_the_range_is_asked_for():
+    """Stiffness may not be negative: the range ends where scenes do."""
+    found = nrchain.continue_state(clamped(), {"elasticity.bend": (700.0, 0.0)}, branches=1)
+    assert found.branches[0].values.min() >= 0.0
+    near = nrchain.continue_state(clamped(), {"chain.spacing": (2.5, 10.0)}, branches=1)
+    assert near.branches[0].values[0] == 2.5
+
+
 def same(one, other):
     for name in ("values", "positions", "frames", "rates"):
         assert getattr(one, name) == pytest.approx(getattr(other, name), abs=1e-9)
