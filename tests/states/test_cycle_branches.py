@@ -83,6 +83,7 @@ def test_a_run_goes_round_a_cycle_of_a_branch(branches):
     assert run.positions[-1] == pytest.approx(positions, abs=2.0 * cycle.error)
 
 
+@pytest.mark.slow
 def test_a_branch_ends_where_its_oscillation_dies_out(branches, onset):
     (branch,) = [one for one in branches if one.is_stable[-1]]
     cycle, own = branch.cycle(2), float(branch.values[2])

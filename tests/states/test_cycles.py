@@ -133,6 +133,7 @@ def test_the_stated_error_is_no_less_than_the_true_one(cycle, run):
     )
 
 
+@pytest.mark.slow
 def test_amplitudes_grow_as_the_square_root_from_a_hopf_point(cycle):
     """Their period at zero amplitude is that with which the straight chain turns unstable."""
     onset = nrchain.critical_strength(mix(), "slip.3t", (4000.0, 5000.0))
@@ -147,6 +148,7 @@ def test_amplitudes_grow_as_the_square_root_from_a_hopf_point(cycle):
     assert curve[2] == pytest.approx(2.0 * np.pi / onset.frequency, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_planar_oscillation_turns_freely_about_its_axis():
     """It has two trivial multipliers, and grows out of its plane towards a rotating shape."""
     scene = mix(**ISOTROPIC)
