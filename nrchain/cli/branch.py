@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from nrchain.scene.scene import Scene
     from nrchain.states.branches.branch import SpecialPoint
     from nrchain.states.branches.continuation import BranchDiagram
+    from nrchain.states.cycles.branch import SpecialCycle
     from nrchain.states.cycles.continuation import CycleDiagram
 
 PICTURE, CYCLES_PICTURE = "branches.png", "cycles.png"
@@ -91,7 +92,7 @@ def branch(
     )
     show(branches_table(found))
     if found.special:
-        show(special_table(found))
+        show(special_table(found, "branch", "frequency", "rates at once"))
     picture = draw_branches(found, folder / PICTURE)
     for number, one in enumerate(found.branches):
         if one.reason != END:
@@ -121,7 +122,7 @@ def _follow_cycles(
     found = continue_cycle(scene, ranges, special, output=folder)
     show(cycles_table(found))
     if found.special:
-        show(special_cycles_table(found))
+        show(special_table(found, "cycles", "angle", "at once"))
     show(str(draw_cycles(found, folder / CYCLES_PICTURE)), soft_wrap=True)
 
 
@@ -156,19 +157,23 @@ def branches_table(found: BranchDiagram) -> Table:
     return table
 
 
-def special_table(found: BranchDiagram) -> Table:
-    """The special points of all branches."""
+def special_table(
+    found: BranchDiagram | CycleDiagram, branches: str, measure: str, at_once: str
+) -> Table:
+    """The special points of all branches, each with its ``measure``: a frequency or an angle."""
     from nrchain.cli.tables import plain_table
 
-    table = plain_table("branch", "point", found.line.key, "error", "frequency", "rates at once")
-    for number, one in enumerate(found.branches):
-        for special in one.special:
+    table = plain_table(branches, "point", found.line.key, "error", measure, at_once)
+    specials: list[tuple[SpecialPoint | SpecialCycle, ...]] = [b.special for b in found.branches]
+    for number, points in enumerate(specials):
+        for special in points:
+            turning = getattr(special, measure)
             table.add_row(
                 f"{number}",
                 special.kind,
                 f"{special.value:.9g}",
                 f"{special.error:.1e}",
-                f"{special.frequency:.6g}" if special.frequency else "",
+                f"{turning:.6g}" if turning else "",
                 f"{special.multiplicity}",
             )
     return table
@@ -188,22 +193,4 @@ def cycles_table(found: CycleDiagram) -> Table:
             f"{int(one.is_stable.sum())}",
             *(f"{value:.6g}" for value in one.periods[[0, -1]]),
         )
-    return table
-
-
-def special_cycles_table(found: CycleDiagram) -> Table:
-    """The special points of all branches of cycles."""
-    from nrchain.cli.tables import plain_table
-
-    table = plain_table("cycles", "point", found.line.key, "error", "angle", "at once")
-    for number, one in enumerate(found.branches):
-        for special in one.special:
-            table.add_row(
-                f"{number}",
-                special.kind,
-                f"{special.value:.9g}",
-                f"{special.error:.1e}",
-                f"{special.angle:.6g}" if special.angle else "",
-                f"{special.multiplicity}",
-            )
     return table

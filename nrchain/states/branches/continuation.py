@@ -25,9 +25,11 @@ from nrchain.states.branches.follow import LARGEST, Follower, Limits, Place
 from nrchain.states.branches.steady import Steady, SteadyCurve
 from nrchain.states.branches.switching import Start, leaving
 from nrchain.states.parameters import parameters
+from nrchain.states.search import given_poses
 from nrchain.states.spectrum import require_states
-from nrchain.states.state import State, find_state
+from nrchain.states.state import find_state
 from nrchain.states.varied import Line, line
+from nrchain.types import Poses
 from nrchain.wording import brief
 
 BRANCHES, STEPS = 8, 400
@@ -93,9 +95,10 @@ def continue_state(
     """G(X, p) = 0 along p: states with their stability, and the branches that leave them.
 
     Steps have a given arclength ds² = Σ_i (|du_i|² + ρ² |dφ_i|²)/(N d²) + dp²/(p₁ − p₀)², with p₀
-    and p₁ the ends of the range: folds are passed. At a pitchfork, all branches that leave are
-    followed, one of each set that a symmetry maps to each other. At a Hopf point of a straight
-    chain of isotropic measure, shapes that go round steadily leave, and are followed as states.
+    and p₁ the ends of the range: folds are passed. Where a rate crosses zero, the branches that
+    leave are followed, one of each set that a symmetry maps to each other. At a Hopf point of a
+    straight chain of isotropic measure, shapes that go round steadily leave, and are followed as
+    states.
 
     Parameters
     ----------
@@ -138,12 +141,13 @@ def continue_state(
     whole(least=1)("branches", branches)
     whole(least=1)("steps", steps)
     number(above=0.0)("step", step)
+    number()("nudge", nudge)
     limits = line(scene, along)
     request = {
         "nudge": float(nudge),
         "steps": steps,
         "step": float(step),
-        "guess": _digest(guess),
+        "guess": "" if guess is None else _digest(given_poses(scene, guess, "guess")),
     }
     folder = None if output is None else Path(output)
     known = [] if folder is None else _known(folder, limits, request)
@@ -235,7 +239,7 @@ class _Driver:
             for place, special in enumerate(found[index].special):
                 for start in self._leaving(special):
                     if not any(_ends_there(branch, special, start) for branch in found):
-                        yield _Begin(*start, (index, place), special)
+                        yield _Begin(start.solution, start.direction, (index, place), special)
             index += 1
 
     def _leaving(self, special: SpecialPoint) -> list[Start]:
@@ -254,7 +258,8 @@ class _Driver:
 
     def _follow(self, begin: _Begin, index: int, before: StateBranch | None) -> StateBranch:
         """A branch to its end, or to an interruption."""
-        follower = Follower(self.curve, self._limits)
+        done = 0 if before is None else len(before) - 1
+        follower = Follower(self.curve, replace(self._limits, steps=self._limits.steps - done))
         if before is None:
             place = follower.place(begin.solution, begin.direction)
             record = Record(self.curve.line, begin.parent, [*self._root(begin, place), place])
@@ -323,15 +328,9 @@ def _ends_there(branch: StateBranch, special: SpecialPoint, start: Start) -> boo
     return bool(abs(value - start.solution.value) <= ALIKE * abs(away))
 
 
-def _digest(guess: Any) -> str:
-    """What tells one guess from another."""
-    if guess is None:
-        return ""
-    last = guess if isinstance(guess, State) else None
-    positions = last.positions if last else getattr(guess, "positions", None)
-    positions = np.asarray(guess[0] if positions is None else positions)
-    whole = np.ascontiguousarray(positions[-1] if positions.ndim == 3 else positions)
-    return hashlib.sha256(whole.tobytes()).hexdigest()
+def _digest(poses: Poses) -> str:
+    """What tells the poses of one guess from those of another."""
+    return hashlib.sha256(b"".join(np.ascontiguousarray(p).tobytes() for p in poses)).hexdigest()
 
 
 def _files(folder: Path) -> list[Path]:
@@ -347,6 +346,8 @@ def _known(folder: Path, limits: Line, request: dict[str, Any]) -> list[StateBra
         theirs = branch.line.scene.to_mapping(), dict(branch.line.ranges), asked
         for name, one, other in zip(("scene", "range", "request"), mine, theirs, strict=True):
             if one != other:
-                raise TrajectoryError(f"{path}: holds a branch of another {name}; choose a folder")
+                raise TrajectoryError(
+                    f"{path}: holds a branch of another {name}; choose another folder"
+                )
         found.append(branch)
     return found

@@ -35,10 +35,11 @@ COMPARED = 6
 
 
 class Start(NamedTuple):
-    """The first solution of a new branch, and the direction in which it leaves."""
+    """The first solution of a new branch, the direction in which it leaves, and leading rates."""
 
     solution: Steady
     direction: Direction
+    rates: np.ndarray
 
 
 def leaving(curve: SteadyCurve, event: Event[Steady]) -> list[Start]:
@@ -110,7 +111,9 @@ def _start(curve: SteadyCurve, begin: Steady, direction: Direction, away: float)
         tangent = curve.tangent(solution, direction)
     except FloatingPointError:
         return None
-    return Start(solution, tangent) if moved <= away else None
+    if moved > away:
+        return None
+    return Start(solution, tangent, curve.exponents(solution)[:COMPARED])
 
 
 def _same(curve: SteadyCurve, one: Start, other: Start, event: Event[Steady]) -> bool:
@@ -118,6 +121,5 @@ def _same(curve: SteadyCurve, one: Start, other: Start, event: Event[Steady]) ->
     scale = abs(one.solution.value - event.value)
     if abs(one.solution.value - other.solution.value) > 1e-3 * scale + event.error:
         return False
-    rates = [curve.exponents(start.solution)[:COMPARED] for start in (one, other)]
     rounding = 10.0 * curve.noise(one.solution)
-    return bool(np.all(np.abs(rates[0] - rates[1]) <= SAME * np.abs(rates[0]) + rounding))
+    return bool(np.all(np.abs(one.rates - other.rates) <= SAME * np.abs(one.rates) + rounding))

@@ -170,7 +170,8 @@ def guessed_orbit(scene: Scene, guess: Any) -> tuple[RelativeChain, Orbit]:
         return chain, guess.orbit.remeshed(np.full(half, 1.0 / half))
     if isinstance(guess, Trajectory) and guess.scene.chain.particles == count:
         return orbit_from_run(scene, guess)
-    raise SceneError("guess", guess, f"must be a trajectory or a cycle of {count} spheres")
+    given = type(guess).__name__
+    raise SceneError("guess", given, f"must be a trajectory or a cycle of {count} spheres")
 
 
 def cycle_near(chain: RelativeChain, orbit: Orbit, tolerance: float, modes: int) -> Cycle:
