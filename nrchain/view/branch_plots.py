@@ -39,6 +39,7 @@ MARKERS = {
     "fold": (">", "fold"),
     "pitchfork": ("s", "pitchfork"),
     "transcritical": ("D", "transcritical point"),
+    "branch point": ("X", "branch point"),
     "Hopf": ("o", "Hopf point"),
     "period doubling": ("^", "period doubling"),
     "Neimark–Sacker": ("h", "Neimark–Sacker point"),

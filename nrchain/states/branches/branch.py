@@ -44,8 +44,8 @@ class SpecialPoint:
     Attributes
     ----------
     kind
-        "fold"; "pitchfork" or "transcritical", where other branches cross; or "Hopf", where an
-        oscillation sets in.
+        "fold"; "pitchfork" or "transcritical", where other branches cross, or "branch point" where
+        rounding hides which of the two; or "Hopf", where an oscillation sets in.
     value, error
         p, and an estimate of its error.
     frequency

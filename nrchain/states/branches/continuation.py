@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from nrchain.errors import TrajectoryError
+from nrchain.errors import SceneError, TrajectoryError
 from nrchain.inputs.rules import number, whole
 from nrchain.run.folders import new_folder
 from nrchain.run.interruption import Interruption, deferred
@@ -124,8 +124,8 @@ def continue_state(
     Raises
     ------
     SceneError
-        For a key on which motion does not depend, ends at which the scene is refused, and a guess
-        that leads to no state.
+        For a key on which motion does not depend, ends at which the scene is refused, a guess that
+        leads to no state, and a beginning at which the direction of the branch is undetermined.
     TrajectoryError
         For a folder with the branches of another request.
     KeyboardInterrupt
@@ -245,7 +245,11 @@ class _Driver:
     def _leaving(self, special: SpecialPoint) -> list[Start]:
         if special.kind == FOLD:
             return []
-        return leaving(self.curve, self._event(special))
+        try:
+            return leaving(self.curve, self._event(special))
+        except (FloatingPointError, np.linalg.LinAlgError):
+            # rounding hides the modes that cross: nothing is found that leaves
+            return []
 
     def _event(self, special: SpecialPoint) -> Event[Steady]:
         """A special point as an event: with the solution next to it."""
@@ -261,7 +265,7 @@ class _Driver:
         done = 0 if before is None else len(before) - 1
         follower = Follower(self.curve, replace(self._limits, steps=self._limits.steps - done))
         if before is None:
-            place = follower.place(begin.solution, begin.direction)
+            place = self._first(follower, begin)
             record = Record(self.curve.line, begin.parent, [*self._root(begin, place), place])
         else:
             solution = self.curve.at((before.positions[-1], before.frames[-1]), before.values[-1])
@@ -283,6 +287,15 @@ class _Driver:
         branch = record.branch(reason)
         self._write(branch, index)
         return branch
+
+    def _first(self, follower: Follower[Steady], begin: _Begin) -> Place[Steady]:
+        """The first place of a branch, whose direction must be determined."""
+        try:
+            return follower.place(begin.solution, begin.direction)
+        except (FloatingPointError, np.linalg.LinAlgError) as error:
+            value = f"{self.curve.line.key} = {begin.solution.value:.6g}"
+            allowed = f"is no place from which a branch can be followed: {error}"
+            raise SceneError("along", value, allowed) from None
 
     def _root(self, begin: _Begin, place: Place[Steady]) -> list[Place[Steady]]:
         """The special point that a branch leaves; it counts as stable as the branch is there."""

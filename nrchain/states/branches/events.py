@@ -23,6 +23,9 @@ from nrchain.states.branches.follow import Follower, Place
 
 FOLD, PITCHFORK, TRANSCRITICAL, HOPF = "fold", "pitchfork", "transcritical", "Hopf"
 
+BRANCHING = "branch point"
+"""A pitchfork or transcritical point: rounding hides the null vectors that tell which."""
+
 BESIDE = 1e-3
 """A root nearer to a fold than this part of a step is that of the fold."""
 

@@ -21,7 +21,7 @@ from nrchain.errors import SceneError
 from nrchain.motion.model import Model
 from nrchain.scene.scene import Scene
 from nrchain.states.branches.curve import Corrected, Direction, unit
-from nrchain.states.branches.events import HOPF, PITCHFORK, TRANSCRITICAL
+from nrchain.states.branches.events import BRANCHING, HOPF, PITCHFORK, TRANSCRITICAL
 from nrchain.states.modes import NOISE, modes_of
 from nrchain.states.newton import ACCEPTED, CONVERGED, SteadyState, largest_change
 from nrchain.states.search import refuse_out_of_reach
@@ -136,7 +136,10 @@ class SteadyCurve:
 
     def branching(self, solution: Steady, exponents: np.ndarray, multiplicity: int) -> str:
         """A pitchfork where ℓ·G(X ⊕ εx) is odd in ε for the null vectors x and ℓ."""
-        right, left = critical_vectors(solution, exponents, multiplicity, turning=False)
+        try:
+            right, left = critical_vectors(solution, exponents, multiplicity, turning=False)
+        except (FloatingPointError, np.linalg.LinAlgError):
+            return BRANCHING
         direction = unit(self, Direction(right.real.sum(axis=0), 0.0)).times(CURVATURE)
         ends = [self.moved(solution, direction.times(sign)).point.residual for sign in (1.0, -1.0)]
         even = np.abs(left @ (ends[0] + ends[1])).max()

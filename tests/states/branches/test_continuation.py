@@ -230,11 +230,19 @@ def test_a_start_inside_the_range_is_followed_both_ways():
 
 
 def test_no_scene_beyond_the_ends_of_the_range_is_asked_for():
-    """Stiffness may not be negative: the range ends where scenes do."""
-    found = nrchain.continue_state(clamped(), {"elasticity.bend": (700.0, 0.0)}, branches=1)
-    assert found.branches[0].values.min() >= 0.0
-    near = nrchain.continue_state(clamped(), {"chain.spacing": (2.5, 10.0)}, branches=1)
-    assert near.branches[0].values[0] == 2.5
+    """Spheres may not overlap: this range begins where scenes do."""
+    scene = clamped(**{"slip.2s": 0.0})
+    found = nrchain.continue_state(scene, {"chain.spacing": (2.0001, 10.0)}, branches=1)
+    assert found.branches[0].values[0] == 2.0001
+    assert found.branches[0].values[-1] == 10.0
+    thin = nrchain.continue_state(clamped(), {"elasticity.bend": (700.0, 0.0)}, branches=1)
+    assert thin.branches[0].values.min() >= 0.0
+
+
+def test_a_beginning_without_a_direction_is_refused():
+    """Links without twist leave spheres free to turn: no branch is determined."""
+    with pytest.raises(SceneError, match=r"along.*elasticity\.twist = 0.*is no place"):
+        nrchain.continue_state(clamped(), {"elasticity.twist": (0.0, 100.0)}, branches=1)
 
 
 def same(one, other):
@@ -259,7 +267,13 @@ def test_an_interrupted_continuation_goes_on_where_it_was(tmp_path):
     begun = nrchain.BranchDiagram.open(tmp_path / "a")
     assert sum(map(len, begun.branches)) < sum(map(len, whole.branches))
     assert len(begun.branches[-1]) >= 1
-    resumed = nrchain.continue_state(scene, along, branches=2, output=tmp_path / "a")
+    more = []
+    resumed = nrchain.continue_state(
+        scene, along, branches=2, output=tmp_path / "a", progress=lambda branch: more.append(1)
+    )
+    # what is in the folder is not computed again
+    kept = sum(map(len, begun.branches))
+    assert 0 < len(more) <= sum(map(len, resumed.branches)) - kept + 1
     again = nrchain.BranchDiagram.open(tmp_path / "a")
     for one, other, read in zip(whole.branches, resumed.branches, again.branches, strict=True):
         assert one.special[0].value == pytest.approx(other.special[0].value) if one.special else 1
