@@ -190,7 +190,12 @@ def _branch(
     reasons = [DIES_OUT, DIES_OUT]
     for turn, ahead in enumerate(ways):
         follower = Follower(curve, bounds)
-        begin = follower.place(start, ahead)
+        try:
+            begin = follower.place(start, ahead)
+        except (FloatingPointError, np.linalg.LinAlgError) as error:
+            value = f"{curve.line.key} = {start.value:.6g}"
+            allowed = f"is no place from which cycles can be followed: {error}"
+            raise SceneError("along", value, allowed) from None
         reached, events, reason = _followed(curve, follower, begin, interruption)
         if turn:
             # the second way leads to the beginning of the branch
