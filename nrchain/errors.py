@@ -80,6 +80,10 @@ class PlatformError(NrchainError, ImportError):
         super().__init__(systems)
 
 
+class MissingLibraryError(NrchainError, ImportError):
+    """An optional library that is not installed; the message names the extra that brings it."""
+
+
 class TrajectoryError(NrchainError, OSError):
     """A trajectory file that is missing, foreign or damaged, or would be overwritten."""
 
