@@ -65,7 +65,7 @@ if TYPE_CHECKING:
     )
     from nrchain.theory.rod import Material, Rod, rod_of
     from nrchain.theory.rod.coarse_graining import moduli
-    from nrchain.trajectory.trajectory import Trajectory
+    from nrchain.trajectory.trajectory import Snapshot, Trajectory
     from nrchain.view import dispersion_plots, effect_plots, phase_plots, plots
 
 # Public modules and names are imported at first use, so that `import nrchain` stays light.
@@ -150,6 +150,7 @@ _MODULE_OF = {
     "Section": "nrchain.inputs.rules",
     "SlipMode": "nrchain.hydrodynamics.slip_mode",
     "register": "nrchain.hydrodynamics.slip_modes",
+    "Snapshot": "nrchain.trajectory.trajectory",
     "Trajectory": "nrchain.trajectory.trajectory",
 }
 
@@ -179,6 +180,7 @@ __all__ = [
     "Section",
     "Slip",
     "SlipMode",
+    "Snapshot",
     "SpecialCycle",
     "SpecialPoint",
     "Spectrum",

@@ -154,6 +154,7 @@ SPECIMENS = {
     "nrchain.Section": lambda: [scene().chain, scene().further, StartSpec(shape="sine")],
     "nrchain.Slip": lambda: nrchain.Slip((1.0, 2.0), axis=(0.0, 1.0, 0.0)),
     "nrchain.SlipMode": lambda: slip_modes.find("2s"),
+    "nrchain.Snapshot": lambda: trajectory()[-1],
     "nrchain.SpecialCycle": special_cycle,
     "nrchain.SpecialPoint": lambda: branches().special[0],
     "nrchain.Spectrum": lambda: threshold().spectrum,

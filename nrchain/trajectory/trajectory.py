@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import operator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Self
+from typing import Self, SupportsIndex, overload
 
 import numpy as np
 
@@ -20,11 +21,55 @@ from nrchain.trajectory.reader import read_fields
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class Snapshot:
+    """The pose of a chain at one time of a run: an item of a :class:`Trajectory`.
+
+    Parameters
+    ----------
+    time
+        In the units of the scene.
+    positions
+        ``(N, 3)``, the centres of the spheres.
+    frames
+        ``(N, 3, 3)``; ``frames[i, k]`` is the vector e_{k+1} of sphere i, in lab components.
+    scene
+        The scene that was run.
+    index
+        Which snapshot of the run this is, from 0.
+    path
+        The file of the run, if there is one.
+    position_error, frame_error
+        The estimated errors at this time, with ``run.verify``; otherwise None.
+
+    >>> trajectory = nrchain.simulate(nrchain.load_scene("passive", **{"run.end": 1.0}))
+    >>> trajectory[-1].time, trajectory[-1].positions.shape
+    (1.0, (20, 3))
+    """
+
+    time: float
+    positions: np.ndarray
+    frames: np.ndarray
+    scene: Scene
+    index: int
+    path: Path | None = None
+    position_error: float | None = None
+    frame_error: float | None = None
+
+    def __repr__(self) -> str:
+        particles = self.scene.chain.particles
+        return f"<Snapshot {self.index} at t = {self.time:.6g}: {particles} spheres>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory:
     """The poses of a chain at the snapshots that a run has finished.
 
     Snapshots are at the times that the scene asks for. If the run stopped, the last one may hold
     the poses at which it stopped.
+
+    ``trajectory[-1]`` is a :class:`Snapshot`, ``trajectory[10:20]`` the trajectory of these
+    snapshots. The arrays of both are views of those of the whole trajectory and take no memory.
+    ``len(trajectory)`` is the number of snapshots, and a loop goes through them in order.
 
     Parameters
     ----------
@@ -51,6 +96,13 @@ class Trajectory:
         ``(T,)``, the estimated error of the integration: the largest over the spheres, in the
         scene's unit of length and in radians. NaN where it is not known. None without
         ``run.verify``.
+    indices
+        Which snapshots of the run these are; ``range(T)`` unless the trajectory is a part.
+
+    >>> trajectory = nrchain.simulate(nrchain.load_scene("passive", **{"run.end": 1.0}))
+    >>> late = trajectory[50:]
+    >>> len(late), late.indices, late[0].index
+    (51, range(50, 101), 50)
     """
 
     time: np.ndarray
@@ -65,6 +117,7 @@ class Trajectory:
     choice: Choice | None = None
     position_error: np.ndarray | None = None
     frame_error: np.ndarray | None = None
+    indices: range = range(0)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "counters", Named(self.counters))
@@ -72,6 +125,51 @@ class Trajectory:
         require_array(self.time, (snapshots,), "times")
         require_array(self.positions, (snapshots, particles, 3), "positions")
         require_array(self.frames, (snapshots, particles, 3, 3), "frames")
+        if not self.indices:
+            object.__setattr__(self, "indices", range(snapshots))
+        if len(self.indices) != snapshots:
+            raise ValueError(f"indices: {len(self.indices)} of them, not {snapshots}")
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @overload
+    def __getitem__(self, which: SupportsIndex) -> Snapshot: ...
+
+    @overload
+    def __getitem__(self, which: slice) -> Self: ...
+
+    def __getitem__(self, which: SupportsIndex | slice) -> Snapshot | Self:
+        """One snapshot, also counted from the end, or the trajectory of a slice of them."""
+        if isinstance(which, slice):
+            return replace(
+                self,
+                time=self.time[which],
+                positions=self.positions[which],
+                frames=self.frames[which],
+                position_error=_part(self.position_error, which),
+                frame_error=_part(self.frame_error, which),
+                indices=self.indices[which],
+            )
+        row = operator.index(which)
+        try:
+            index = self.indices[row]
+        except IndexError:
+            have = f"0 to {len(self) - 1}, or -1 for the last" if len(self) else "none is finished"
+            raise IndexError(f"there is no snapshot {row}: {have}") from None
+        return Snapshot(
+            time=float(self.time[row]),
+            positions=self.positions[row],
+            frames=self.frames[row],
+            scene=self.scene,
+            index=index,
+            path=self.path,
+            position_error=_item(self.position_error, row),
+            frame_error=_item(self.frame_error, row),
+        )
+
+    def __iter__(self) -> Iterator[Snapshot]:
+        return (self[row] for row in range(len(self)))
 
     @classmethod
     def open(cls, path: str | Path) -> Self:
@@ -108,3 +206,11 @@ class Trajectory:
             f"<Trajectory{title}: {self.scene.chain.particles} spheres, "
             f"{len(self.time)} snapshots {reached}, {self.status}{place}>"
         )
+
+
+def _part(errors: np.ndarray | None, which: slice) -> np.ndarray | None:
+    return None if errors is None else errors[which]
+
+
+def _item(errors: np.ndarray | None, row: int) -> float | None:
+    return None if errors is None else float(errors[row])
