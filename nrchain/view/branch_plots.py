@@ -16,22 +16,8 @@ from nrchain.states.branches.branch import StateBranch
 from nrchain.states.branches.continuation import BranchDiagram
 from nrchain.states.cycles.branch import CycleBranch
 from nrchain.states.varied import Line
-from nrchain.view.drawing import (
-    INK,
-    LABEL,
-    LINE,
-    PAPER,
-    TITLE,
-    check_picture,
-    letters,
-    new_figure,
-    save,
-    style,
-    write_key,
-)
-
-COLOURS = ("#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f", "#17becf")
-"""Of branches, in turn."""
+from nrchain.view.drawing import check_picture, letters, new_figure, save
+from nrchain.view.style import COLOURS, INK, LABEL, LINE, PAPER, TITLE, style_axes, write_key
 
 STABLE, UNSTABLE = "-", (0, (4, 2))
 
@@ -64,7 +50,7 @@ def draw_branches(found: BranchDiagram, path: str | Path) -> Path:
     axes = np.atleast_1d(figure.subplots(len(panels), 1, sharex=True))
     shown: dict[str, Any] = {}
     for axis, (name, label) in zip(axes, panels, strict=True):
-        style(axis)
+        style_axes(axis)
         for number, branch in enumerate(found.branches):
             colour = COLOURS[number % len(COLOURS)]
             shown = draw_branch(axis, branch, _values(branch, name), colour) | shown

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from nrchain.view.drawing import LINE, new_figure, settle
+from nrchain.view.drawing import new_figure, settle
 from nrchain.view.panels import Box, Viewport, add_axes, label_axes
 from nrchain.view.picture import Picture
+from nrchain.view.style import LINE
 
 DISCERNIBLE = 250
 """Largest number of spheres that are drawn one by one; a longer chain is a line."""
@@ -64,7 +65,7 @@ def draw_space(chains: np.ndarray, colours: np.ndarray) -> Picture:
     marker = "o" if chains.shape[1] <= DISCERNIBLE else ""
     for chain, colour in zip(chains, colours, strict=True):
         look = LINE | {"marker": marker, "markersize": LEAST_DIAMETER, "markeredgewidth": 1.0}
-        axes.plot(*chain.T, color=colour, linewidth=0.9, **look)
+        axes.plot(*chain.T, **look | {"color": colour, "linewidth": 0.9})
 
     left, bottom, right, top = _bounds(axes)
     bar = (right + 0.25, bottom + 0.4, 0.12, min(top - bottom - 0.8, 2.6))
@@ -84,14 +85,16 @@ def _bounds(axes: Any) -> Box:
         axis.get_tightbbox(renderer).get_points() for axis in (axes.xaxis, axes.yaxis, axes.zaxis)
     ]
     inches = np.concatenate(points) / axes.figure.dpi
-    return (*inches.min(axis=0), *inches.max(axis=0))
+    # whole tenths: letters of another font or renderer leave the size of the picture
+    return (*np.floor(10 * inches.min(axis=0)) / 10, *np.ceil(10 * inches.max(axis=0)) / 10)
 
 
 def _draw_flat(axes: Any, chain: np.ndarray, colour: np.ndarray, diameter: float) -> None:
     """Draw a projected chain ``(N, 2)``, with spheres to scale if ``diameter`` (points) allows."""
     from matplotlib.collections import EllipseCollection
 
-    axes.plot(*chain.T, color=colour, linewidth=0.9, solid_joinstyle="round", **LINE)
+    look = LINE | {"color": colour, "linewidth": 0.9}
+    axes.plot(*chain.T, solid_joinstyle="round", **look)
     if len(chain) > DISCERNIBLE:
         return
     if diameter < LEAST_DIAMETER:

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from nrchain.states.cycles.continuation import CycleDiagram
-from nrchain.view.branch_plots import COLOURS, draw_branch, finish
-from nrchain.view.drawing import INK, LABEL, check_picture, new_figure, style
+from nrchain.view.branch_plots import draw_branch, finish
+from nrchain.view.drawing import check_picture, new_figure
+from nrchain.view.style import COLOURS, INK, LABEL, style_axes
 
 PANELS = ("amplitudes", "largest excursion"), ("periods", "period T")
 
@@ -28,7 +29,7 @@ def draw_cycles(found: CycleDiagram, path: str | Path) -> Path:
     axes = figure.subplots(len(PANELS), 1, sharex=True)
     shown: dict[str, Any] = {}
     for axis, (name, label) in zip(axes, PANELS, strict=True):
-        style(axis)
+        style_axes(axis)
         for number, branch in enumerate(found.branches):
             colour = COLOURS[number % len(COLOURS)]
             shown = draw_branch(axis, branch, getattr(branch, name), colour) | shown

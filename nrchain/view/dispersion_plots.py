@@ -15,17 +15,15 @@ import numpy as np
 from nrchain.states.mode_waves import ModeWaves
 from nrchain.theory.dispersion import Dispersion
 from nrchain.theory.lattice import Branch
-from nrchain.view.drawing import (
+from nrchain.view.drawing import check_picture, letters, new_figure, save
+from nrchain.view.style import (
+    COLOURS,
     INK,
     LINE,
     PAPER,
     TEXT,
     TITLE,
-    check_picture,
-    letters,
-    new_figure,
-    save,
-    style,
+    style_axes,
     write_key,
     write_title,
 )
@@ -55,9 +53,6 @@ POINTS: dict[str, Any] = {
     "linestyle": "",
     "zorder": 4,
 }
-
-COLOURS = ("#1f77b4", "#d62728")
-"""Of the two branches of a panel."""
 
 THINNER = 0.5
 """Width of the second branch over that of the first: both are seen where they coincide."""
@@ -90,7 +85,7 @@ def draw_dispersion(found: Dispersion, path: str | Path, modes: ModeWaves | None
     for column, (title, branches) in enumerate(COLUMNS.items()):
         for row, part in enumerate((np.real, _frequency)):
             axes = panels[row, column]
-            style(axes)
+            style_axes(axes)
             lines = _draw_panel(axes, found, branches, part) | lines
             if modes is not None:
                 lines |= _draw_modes(axes, found, modes, branches, part)

@@ -8,7 +8,6 @@ the screen. Only the fonts are those of the settings.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,23 +16,9 @@ import numpy as np
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.trajectory.file import file_errors
 from nrchain.trajectory.trajectory import Trajectory
+from nrchain.view.style import PAPER
 
 FORMATS = (".png", ".pdf", ".svg")
-
-INK, PALE, GRID, PAPER = "0.15", "0.4", "0.92", "white"
-TEXT, LABEL, TITLE = 8.5, 9.5, 11.0
-"""Font sizes, in points."""
-
-LINE: dict[str, Any] = {
-    "linestyle": "-",
-    "solid_capstyle": "projecting",
-    "dash_capstyle": "butt",
-    "marker": "",
-    "markerfacecolor": "auto",
-    "markeredgecolor": "auto",
-    "markeredgewidth": 0.0,
-}
-"""The default look of a line."""
 
 DOTS_PER_INCH = 200
 
@@ -110,76 +95,6 @@ def new_figure(width: float, height: float, layout: Any = "none") -> Any:
     )
     FigureCanvasAgg(figure)
     return figure
-
-
-def style(axes: Any) -> None:
-    """Style axes: a pale frame and grid, small ticks outside, dark letters."""
-    from matplotlib.ticker import MaxNLocator, NullLocator, ScalarFormatter
-
-    axes.set_facecolor(PAPER)
-    axes.patch.set(edgecolor=PAPER, linewidth=0.0)
-    axes.set_axisbelow(True)
-    for spine in axes.spines.values():
-        spine.set(visible=True, color=PALE, linewidth=0.6)
-    for name in axes._axis_names:
-        axis = getattr(axes, f"{name}axis")
-        axis.set_tick_params(
-            which="both",
-            direction="out",
-            length=2.5,
-            width=0.6,
-            pad=3.5,
-            color=PALE,
-            labelcolor=INK,
-            labelsize=TEXT,
-        )
-        axis.set_minor_locator(NullLocator())
-        axis.set_major_locator(MaxNLocator(9, steps=[1, 2, 2.5, 5, 10]))
-        formatter = ScalarFormatter(useOffset=False, useMathText=False, useLocale=False)
-        formatter.set_powerlimits((-5, 6))
-        axis.set_major_formatter(formatter)
-        axis.label.set(size=LABEL, color=INK, weight="normal")
-        axis.labelpad = 4.0
-        _style_grid(axes, axis)
-
-    sides = {"bottom": True, "top": False, "left": True, "right": False}
-    labels = {f"label{side}": shown for side, shown in sides.items()}
-    if len(axes._axis_names) == 2:
-        axes.tick_params(which="both", **sides, **labels)
-
-
-def _style_grid(axes: Any, axis: Any) -> None:
-    look = {"color": GRID, "linewidth": 0.5, "linestyle": "-"}
-    if hasattr(axis, "set_pane_color"):
-        # three-dimensional axes read the look of their grid here, or else from the settings
-        axis._axinfo["grid"].update(look)
-        axis._axinfo["tick"]["linewidth"] = {True: 0.6, False: 0.6}
-        axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
-        axis.line.set(color=PALE, linewidth=0.6)
-        axes.grid(True)
-    else:
-        axis.grid(True, which="major", alpha=1.0, **look)
-
-
-def write_title(axes: Any, text: str, pad: float = 6.0, slant: str = "normal") -> None:
-    """Write a title above axes, in the size of labels."""
-    look = {"fontsize": LABEL, "fontweight": "normal", "fontstyle": slant, "color": INK}
-    axes.set_title(text, loc="center", pad=pad, y=1.0, **look)
-
-
-def write_key(figure: Any, lines: Mapping[str, Any], columns: int) -> None:
-    """Write a key of lines and marks below a figure, all of them in the colour of letters."""
-    figure.legend(
-        lines.values(),
-        lines.keys(),
-        loc="outside lower center",
-        ncols=columns,
-        frameon=False,
-        fontsize=TEXT,
-        labelcolor=INK,
-    )
-    for line in figure.legends[0].get_lines():
-        line.set(color=INK, markeredgecolor=INK)
 
 
 def letters(text: str) -> str:

@@ -15,27 +15,21 @@ import numpy as np
 from nrchain.analysis.decomposition import Decomposition
 from nrchain.trajectory.trajectory import Trajectory
 from nrchain.view.chain_views import DISCERNIBLE
-from nrchain.view.drawing import (
+from nrchain.view.drawing import check_drawable, letters, new_figure, pick_evenly, save
+from nrchain.view.style import (
     INK,
     LINE,
     PALE,
     PAPER,
     TEXT,
     TITLE,
-    check_drawable,
-    letters,
-    new_figure,
-    pick_evenly,
-    save,
-    style,
+    line_look,
+    style_axes,
     write_title,
 )
 
 LEAST = 1e-12
 """Fraction of the largest size below which a size is rounding and is not drawn."""
-
-DASHES = ("-", (0, (4, 1.5)), (0, (1.5, 1)))
-"""Line styles in turn: two lines that coincide are both seen."""
 
 MOST_TIMES = 200
 """Largest number of snapshots that are decomposed."""
@@ -84,7 +78,7 @@ def _draw_along(panels: Any, trajectory: Trajectory) -> dict[str, Any]:
     marker = "." if len(spheres) <= DISCERNIBLE else ""
     lines = {}
     for axes in panels:
-        style(axes)
+        style_axes(axes)
     for axes, columns, factor in (
         (panels[0], slice(0, 3), 1.0),
         (panels[1], slice(3, 6), scene.chain.radius),
@@ -116,7 +110,7 @@ def _draw_over_time(axes: Any, trajectory: Trajectory) -> None:
         trajectory.scene,
     )
     sizes = Decomposition(trajectory.scene).sizes(shown)
-    style(axes)
+    style_axes(axes)
     marker = {"marker": "." if len(chosen) < 3 else "", "markersize": 6, "markeredgewidth": 1.0}
     for name, values in _above_rounding(sizes).items():
         axes.plot(shown.time, values, **_line_style(name, list(sizes)) | marker)
@@ -138,17 +132,9 @@ def _above_rounding(sizes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 def _line_style(name: str, names: list[str]) -> dict[str, Any]:
     """The colour and dashes of an effect: the same in every panel."""
-    from matplotlib import colormaps
-
     if name == "total":
         return LINE | {"color": INK, "linewidth": 1.8, "zorder": 1}
-    number = names.index(name)
-    return LINE | {
-        "color": colormaps["tab20"](number % 20),
-        "linestyle": DASHES[number % len(DASHES)],
-        "linewidth": 1.0,
-        "zorder": 2,
-    }
+    return line_look(names.index(name)) | {"linewidth": 1.0, "zorder": 2}
 
 
 def _set_scale(axes: Any, sizes: dict[str, np.ndarray]) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nrchain.view.drawing import style
+from nrchain.view.style import style_axes
 
 SLENDER = 0.06
 """Ratio of width to length below which the directions across a chain are stretched."""
@@ -81,7 +81,7 @@ def add_axes(figure: Any, box: Box, **options: Any) -> Any:
     left, bottom, wide, tall = box
     place = (left / width, bottom / height, wide / width, tall / height)
     axes = figure.add_axes(place, **options)
-    style(axes)
+    style_axes(axes)
     return axes
 
 

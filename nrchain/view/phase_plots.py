@@ -15,18 +15,8 @@ import numpy as np
 
 from nrchain.diagrams.diagram import PhaseDiagram
 from nrchain.diagrams.plane import Plane
-from nrchain.view.drawing import (
-    INK,
-    LINE,
-    PAPER,
-    TEXT,
-    check_picture,
-    letters,
-    new_figure,
-    save,
-    style,
-    write_title,
-)
+from nrchain.view.drawing import check_picture, letters, new_figure, save
+from nrchain.view.style import INK, LINE, PAPER, TEXT, style_axes, write_title
 
 LOOKS: dict[str, tuple[str, str]] = {
     "straight": ("#f2f2f2", "."),
@@ -75,7 +65,7 @@ def phase_figure(diagram: PhaseDiagram) -> Any:
     """The figure of a diagram, as :func:`draw_phases` saves it."""
     figure = new_figure(7.5, 5.6, "constrained")
     axes = figure.subplots()
-    style(axes)
+    style_axes(axes)
     axes.grid(False)
     entries = [*_draw_regions(axes, diagram), *_draw_curves(axes, diagram)]
     axes.set(

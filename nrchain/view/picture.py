@@ -10,18 +10,9 @@ import numpy as np
 
 from nrchain.scene.derived import modes_text
 from nrchain.trajectory.trajectory import Trajectory
-from nrchain.view.drawing import (
-    INK,
-    PALE,
-    TEXT,
-    TITLE,
-    letters,
-    pick_evenly,
-    save,
-    settle,
-    write_title,
-)
+from nrchain.view.drawing import letters, pick_evenly, save, settle
 from nrchain.view.panels import Box, add_axes
+from nrchain.view.style import INK, PALE, TEXT, TITLE, write_title
 
 
 @dataclass(frozen=True)

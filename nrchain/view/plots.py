@@ -9,12 +9,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from nrchain.errors import SceneError
 from nrchain.trajectory.trajectory import Trajectory
 from nrchain.view.chain_views import draw_planes, draw_space
 from nrchain.view.drawing import check_drawable, pick_evenly
+from nrchain.view.style import time_colours
 
 VIEWS = ("planes", "3d")
 
@@ -38,16 +37,9 @@ def draw_chain(
     path = check_drawable(trajectory, path)
     chosen = pick_evenly(len(trajectory.time), times)
     chains = trajectory.positions[chosen] / trajectory.scene.chain.radius
-    colours = _colours(len(chosen))
+    colours = time_colours(len(chosen))
     picture = (draw_planes if view == "planes" else draw_space)(chains, colours)
     picture.write_title(trajectory)
     picture.draw_bar(colours, trajectory.time[chosen])
     picture.save(path)
     return path
-
-
-def _colours(count: int) -> np.ndarray:
-    """Colours ``(count, 4)`` from light to dark: the last state stands out."""
-    from matplotlib import colormaps
-
-    return colormaps["viridis_r"](np.linspace(0.08, 0.95, count) if count > 1 else [0.75])

@@ -4,25 +4,25 @@ from __future__ import annotations
 
 from typing import Any
 
-from nrchain.view import drawing
+from nrchain.view import style
 
 MARKERS = "osv^D*P"
 SHADES = ("#08306b", "#2171b5", "#d94801", "#7f2704", "#238b45", "#6a51a3", "#525252")
 """Pairs of a dark and a lighter tone; with their markers they differ in greyscale too."""
 
 STYLE: dict[Any, Any] = {
-    "font.size": drawing.TEXT,
-    "axes.labelsize": drawing.LABEL,
+    "font.size": style.TEXT,
+    "axes.labelsize": style.LABEL,
     "axes.linewidth": 0.6,
-    "axes.edgecolor": drawing.PALE,
+    "axes.edgecolor": style.PALE,
     "axes.axisbelow": True,
     "axes.grid": True,
-    "grid.color": drawing.GRID,
+    "grid.color": style.GRID,
     "grid.linewidth": 0.5,
-    "xtick.color": drawing.PALE,
-    "ytick.color": drawing.PALE,
-    "xtick.labelcolor": drawing.INK,
-    "ytick.labelcolor": drawing.INK,
+    "xtick.color": style.PALE,
+    "ytick.color": style.PALE,
+    "xtick.labelcolor": style.INK,
+    "ytick.labelcolor": style.INK,
     "xtick.major.width": 0.6,
     "ytick.major.width": 0.6,
     "xtick.major.size": 2.5,
