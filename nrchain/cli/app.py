@@ -16,6 +16,7 @@ from nrchain.cli.branch import branch
 from nrchain.cli.cost import cost
 from nrchain.cli.dispersion import dispersion
 from nrchain.cli.effects import effects
+from nrchain.cli.examples import CommandWithExamples, show_exit_codes
 from nrchain.cli.exits import BROKEN_PIPE, REFUSED, report_unwritable_output, show
 from nrchain.cli.phases import phases
 from nrchain.cli.plan import plan
@@ -34,6 +35,10 @@ _UsageError: Any = typer.BadParameter.__base__
 
 class _OneLineGroup(TyperGroup):
     """The commands, with one line for a command line that is not understood."""
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        super().format_help(ctx, formatter)
+        show_exit_codes()
 
     def main(self, args: Sequence[str] | None = None, *given: Any, **options: Any) -> Any:
         words = sys.argv[1:] if args is None else list(args)
@@ -79,7 +84,7 @@ for command in (
     phases,
     branch,
 ):
-    app.command()(command)
+    app.command(cls=CommandWithExamples)(command)
 
 
 def _show_version(wanted: bool) -> None:

@@ -28,7 +28,8 @@ Changes = Annotated[
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
-        help="Change a key of the scene, such as slip.2s=50. Can be repeated.",
+        help="Change a key of the scene, such as slip.2s=50, in the units of the scene."
+        " Can be repeated.",
     ),
 ]
 OverwritePicture = Annotated[

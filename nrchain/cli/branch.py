@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from nrchain.cli.arguments import RUNS, Changes, SceneName, find_run, load
+from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
 from nrchain.cli.terminal import note
 from nrchain.errors import SceneError
@@ -27,6 +28,10 @@ CYCLES = "cycles"
 """Folders of the cycles that leave Hopf points begin with this word."""
 
 
+@examples(
+    "nrchain branch buckling --along slip.2s=0:150",
+    "nrchain branch mine.toml --along slip.2s=0:200 --nudge 0.1 --cycles",
+)
 @one_line_errors()
 def branch(
     scene: SceneName,
@@ -53,7 +58,13 @@ def branch(
     ] = 0.0,
     branches: Annotated[int, typer.Option(min=1, help="Most branches.")] = 8,
     steps: Annotated[int, typer.Option(min=1, help="Most states of a branch.")] = 400,
-    step: Annotated[float, typer.Option(help="Largest arclength between two states.")] = 0.05,
+    step: Annotated[
+        float,
+        typer.Option(
+            help="Largest arclength between two states, where the whole range and a displacement"
+            " of each sphere by d are 1 each."
+        ),
+    ] = 0.05,
     cycles: Annotated[
         bool, typer.Option("--cycles", help="Follow the cycles that leave Hopf points as well.")
     ] = False,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from nrchain.cli.arguments import Changes, SceneName, load
+from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
 from nrchain.cli.tables import work_table
 from nrchain.cli.terminal import console
@@ -17,6 +18,10 @@ if TYPE_CHECKING:
     from nrchain.accuracy.cost import Advice
 
 
+@examples(
+    "nrchain cost buckling --target 1e-4",
+    "nrchain cost mine.toml --set run.end=50 --budget 10",
+)
 @one_line_errors()
 def cost(
     scene: SceneName,

@@ -13,6 +13,7 @@ from nrchain.cli.arguments import (
     load,
     picture_option,
 )
+from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
 from nrchain.cli.summary import check_absent
 from nrchain.cli.tables import dispersion_table
@@ -21,6 +22,10 @@ from nrchain.cli.terminal import note
 PICTURE = "dispersion.png"
 
 
+@examples(
+    "nrchain dispersion wave",
+    "nrchain dispersion buckling --set slip.2s=50 -o growth.pdf",
+)
 @one_line_errors()
 def dispersion(
     scene: SceneName,

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
 from nrchain.cli.tables import plain_table
 
 
+@examples(
+    "nrchain effects",
+    "nrchain effects | grep flow",
+)
 @one_line_errors()
 def effects() -> None:
     """List the effects: what each does, and the scene key that switches it on."""

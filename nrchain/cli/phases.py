@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from nrchain.cli.arguments import RUNS, Changes, SceneName, load
+from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show, show_if_possible
 from nrchain.cli.terminal import console, note, report, warn
 from nrchain.run.interruption import INTERRUPTED
@@ -21,6 +22,10 @@ if TYPE_CHECKING:
 PICTURE, TABLE = "phases.png", "runs.csv"
 
 
+@examples(
+    "nrchain phases buckling --x slip.2s=0:3000 --y slip.3t=0:9000",
+    "nrchain phases mine.toml --x slip.2s=0:200:5 --y slip.4a=0:900 --most 50",
+)
 @one_line_errors()
 def phases(
     scene: SceneName,
@@ -50,7 +55,11 @@ def phases(
     ] = 2,
     most: Annotated[int, typer.Option(help="Most points with runs.")] = 1000,
     longest: Annotated[
-        float | None, typer.Option(help="Largest end of a run.", show_default="from the spectrum")
+        float | None,
+        typer.Option(
+            help="Largest end of a run, in the scene's unit of time.",
+            show_default="from the spectrum",
+        ),
     ] = None,
     workers: Annotated[
         int | None, typer.Option(min=1, help="Threads that run.", show_default="one a core")

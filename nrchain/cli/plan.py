@@ -7,10 +7,15 @@ from typing import Annotated
 import typer
 
 from nrchain.cli.arguments import Changes, SceneName, load, report_risks
+from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
 from nrchain.cli.tables import contributions_table, predictions_table
 
 
+@examples(
+    "nrchain plan buckling",
+    "nrchain plan mine.toml --set slip.2s=200 --set chain.particles=40",
+)
 @one_line_errors()
 def plan(
     scene: SceneName,

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from nrchain.cli.arguments import OverwritePicture, Run, find_run, picture_option
+from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
 from nrchain.cli.summary import (
     EFFECTS_PICTURE,
@@ -27,6 +28,10 @@ class View(StrEnum):
     space = "3d"
 
 
+@examples(
+    "nrchain plot runs/buckling",
+    "nrchain plot runs/buckling --view 3d --times 4 -o chain.pdf",
+)
 @one_line_errors()
 def plot(
     directory: Run,

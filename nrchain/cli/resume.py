@@ -7,12 +7,17 @@ from typing import Annotated
 import typer
 
 from nrchain.cli.arguments import Run, find_run
+from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors
 from nrchain.cli.progress import progress_bar, report_warnings
 from nrchain.cli.summary import finish
 from nrchain.cli.terminal import note
 
 
+@examples(
+    "nrchain resume runs/buckling",
+    "nrchain resume runs/mine --unwatched",
+)
 @one_line_errors()
 def resume(
     directory: Run,

@@ -9,12 +9,17 @@ from typing import Annotated
 import typer
 
 from nrchain.cli.arguments import RUNS, Changes, SceneName, load, report_risks
+from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show_if_possible
 from nrchain.cli.garbage import no_collection
 from nrchain.cli.progress import progress_bar, report_warnings
 from nrchain.cli.summary import finish
 
 
+@examples(
+    "nrchain run buckling",
+    "nrchain run mine.toml --set slip.2s=50 --set run.end=500 -o runs/soft",
+)
 @one_line_errors()
 def run(
     scene: SceneName,

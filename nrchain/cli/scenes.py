@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
 from nrchain.cli.tables import plain_table
 
 
+@examples(
+    "nrchain scenes",
+    "nrchain scenes | head -5",
+)
 @one_line_errors()
 def scenes() -> None:
     """List the shipped scenes."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from nrchain.cli.arguments import Changes, SceneName, load
+from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
 from nrchain.cli.tables import entries_table, moduli_table
 
@@ -16,6 +17,10 @@ if TYPE_CHECKING:
     from nrchain.theory.rod.material import Material
 
 
+@examples(
+    "nrchain solid wave",
+    "nrchain solid buckling --set slip.4a=500 --stress cut",
+)
 @one_line_errors()
 def solid(
     scene: SceneName,

@@ -8,9 +8,14 @@ from typing import Annotated
 import typer
 
 from nrchain.cli.arguments import Changes, SceneName, find_run, load
+from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
 
 
+@examples(
+    "nrchain spectrum buckling --modes 4",
+    "nrchain spectrum buckling --at runs/buckling",
+)
 @one_line_errors()
 def spectrum(
     scene: SceneName,
