@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from nrchain.accuracy import cost
     from nrchain.analysis import measure
     from nrchain.analysis.decomposition import Contributions, contribution_sizes, contributions
+    from nrchain.analysis.flow import Flow, flow
     from nrchain.diagrams.compute import phases
     from nrchain.diagrams.diagram import PhaseDiagram
     from nrchain.effects.base import Effect, OneBodyEffect
@@ -93,6 +94,8 @@ _MODULE_OF = {
     "Contributions": "nrchain.analysis.decomposition",
     "contribution_sizes": "nrchain.analysis.decomposition",
     "contributions": "nrchain.analysis.decomposition",
+    "Flow": "nrchain.analysis.flow",
+    "flow": "nrchain.analysis.flow",
     "PhaseDiagram": "nrchain.diagrams.diagram",
     "phases": "nrchain.diagrams.compute",
     "check_effect": "nrchain.effects.shared.check",
@@ -166,6 +169,7 @@ __all__ = [
     "CycleDiagram",
     "Dispersion",
     "Effect",
+    "Flow",
     "Material",
     "Member",
     "Mode",
@@ -207,6 +211,7 @@ __all__ = [
     "estimate",
     "find_cycle",
     "find_state",
+    "flow",
     "lattice",
     "lattice_operator",
     "lattice_rates",

@@ -137,6 +137,7 @@ SPECIMENS = {
     "nrchain.CycleBranch": lambda: cycles().branches[0],
     "nrchain.CycleDiagram": cycles,
     "nrchain.Effect": lambda: [e(scene()) for e in effects() if e.acts(scene())],
+    "nrchain.Flow": lambda: nrchain.flow(scene(), [[5.0, 3.0, 0.0], [0.0, 0.0, 0.0]]),
     "nrchain.Dispersion": lambda: nrchain.dispersion(nrchain.load_scene("wave"), [0.01, 0.02]),
     "nrchain.Material": lambda: nrchain.Material.of(nrchain.load_scene("wave")),
     "nrchain.Member": lambda: next(nrchain.simulate_many([scene()])),

@@ -108,7 +108,7 @@ class Flow(OneBodyEffect):
         super().__init__(scene)
         self._gradient = self.section(scene).matrix
         g = self._gradient
-        self._spin = 0.5 * np.array([g[2, 1] - g[1, 2], g[0, 2] - g[2, 0], g[1, 0] - g[0, 1]])
+        self.spin = 0.5 * np.array([g[2, 1] - g[1, 2], g[0, 2] - g[2, 0], g[1, 0] - g[0, 1]])
 
     @classmethod
     def acts(cls, scene: Scene) -> bool:
@@ -149,11 +149,11 @@ class Flow(OneBodyEffect):
 
     def add_twists(self, positions: np.ndarray, frames: np.ndarray, twists: np.ndarray) -> None:
         twists[:, :3] += positions @ self._gradient.T
-        twists[:, 3:] += self._spin
+        twists[:, 3:] += self.spin
 
     def term(self) -> Term:
         entries = compile_term(_add_at), compile_term(_add_blocks_at)
-        arrays = self._gradient, self._spin, np.array([self.scene.chain.particles])
+        arrays = self._gradient, self.spin, np.array([self.scene.chain.particles])
         return Term(entries[0].address, entries[1].address, table_of(arrays), (*arrays, *entries))
 
     def derivative(self, positions: np.ndarray, frames: np.ndarray) -> np.ndarray:

@@ -108,7 +108,7 @@ def _quadrature(beyond: int, points: int) -> tuple[np.ndarray, np.ndarray]:
 
 def _hurwitz(power: int, start: int) -> Decimal:
     """Σ_{p≥start} p^−power by Euler's and Maclaurin's formula from p = 60 on, to 50 digits."""
-    switch = 60
+    switch = max(60, start)
     total = sum((Decimal(p) ** -power for p in range(start, switch)), Decimal(0))
     x = Decimal(switch)
     total += x ** (1 - power) / (power - 1) + x**-power / 2

@@ -48,17 +48,23 @@ class PairLaw:
     """The modes of a sum over pairs: labels, body axes, and whether spheres have finite size.
 
     Modes with the same axis share the geometry of a pair. ``axes`` lists the distinct unit vectors
-    (body components); mode m has the axis ``axes[axis_of[m]]``.
+    (body components); mode m has the axis ``axes[axis_of[m]]``. With ``at_points`` the law is the
+    exact flow about each sphere at a point of the fluid, in place of what another sphere feels.
     """
 
     labels: tuple[str, ...]
     axes: tuple[tuple[float, float, float], ...]
     axis_of: tuple[int, ...]
     finite_size: bool = False
+    at_points: bool = False
 
     @classmethod
     def of(
-        cls, labels: Sequence[str], axes: Sequence[Sequence[float]], finite_size: bool = False
+        cls,
+        labels: Sequence[str],
+        axes: Sequence[Sequence[float]],
+        finite_size: bool = False,
+        at_points: bool = False,
     ) -> PairLaw:
         """The law of modes with the given body axes, of any length."""
         units: list[tuple[float, float, float]] = []
@@ -71,7 +77,11 @@ class PairLaw:
             if unit not in units:
                 units.append(unit)
             axis_of.append(units.index(unit))
-        return cls(tuple(labels), tuple(units), tuple(axis_of), finite_size)
+        return cls(tuple(labels), tuple(units), tuple(axis_of), finite_size, at_points)
+
+    def flow_of(self, mode: SlipMode) -> FlowTable:
+        """u/V of a mode, in this law."""
+        return mode.exterior_flow() if self.at_points else mode.flow(self.finite_size)
 
     @cached_property
     def source(self) -> str:
@@ -90,7 +100,7 @@ class PairLaw:
         """u and a w of the modes of one axis, by basis vector."""
         members = [m for m, g in enumerate(self.axis_of) if g == group]
         modes = {m: slip_modes.find(self.labels[m]) for m in members}
-        flows = {m: mode.flow(self.finite_size) for m, mode in modes.items()}
+        flows = {m: self.flow_of(mode) for m, mode in modes.items()}
         spins = {m: mode.spin(self.finite_size) for m, mode in modes.items()}
         for field, tables in (("u", flows), ("w", spins)):
             for basis in BASIS:

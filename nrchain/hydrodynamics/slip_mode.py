@@ -143,13 +143,21 @@ class SlipMode:
         """
         return dict(self._flows[finite_size])
 
+    def exterior_flow(self) -> FlowTable:
+        """(1 + a²∇²/(4l + 2)) u/V as a table: the exact flow about a sphere by itself.
+
+        The sphere is free of force and torque. On its surface the flow is the slip.
+        """
+        return dict(self._exterior)
+
+    @cached_property
+    def _exterior(self) -> FlowTable:
+        return _add_laplacian(self._table, 4 * self.order + 2)
+
     @cached_property
     def _flows(self) -> tuple[FlowTable, FlowTable]:
         """The flow without and with finite size, kept because rational arithmetic is slow."""
-        plain = table = self._table
-        for denominator in (6, 4 * self.order + 2):
-            table = add(table, scale(laplacian(table), Fraction(1, denominator)))
-        return plain, table
+        return self._table, _add_laplacian(self._exterior, 6)
 
     def spin(self, finite_size: bool = False) -> FlowTable:
         """a w/V = (a/2V) curl u as a table: the angular velocity of a sphere in the flow.
@@ -162,6 +170,11 @@ class SlipMode:
     def _spins(self) -> tuple[FlowTable, FlowTable]:
         plain, sized = (scale(curl(flow), Fraction(1, 2)) for flow in self._flows)
         return plain, sized
+
+
+def _add_laplacian(table: FlowTable, denominator: int) -> FlowTable:
+    """(1 + a²∇²/denominator) u."""
+    return add(table, scale(laplacian(table), Fraction(1, denominator)))
 
 
 def _polynomial(key: str, row: Any) -> Polynomial:

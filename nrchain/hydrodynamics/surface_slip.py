@@ -9,7 +9,6 @@ import numpy as np
 
 from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.hydrodynamics import slip_modes
-from nrchain.hydrodynamics.flow_tables import laplacian
 from nrchain.hydrodynamics.given_slips import given_slips
 from nrchain.hydrodynamics.slip import Slip
 from nrchain.hydrodynamics.slip_mode import SlipMode
@@ -33,14 +32,12 @@ def slip_velocity(mode: SlipMode, axis: np.ndarray, normals: np.ndarray) -> np.n
     (3a), 9 (3t, with v_r = (2/45) cos θ; with the printed (1/45) cos θ the sphere would swim) and
     −5445/2 (4a): V is the strength of the paper, not a slip speed.
     """
-    flow = mode.flow()
     cosine = normals @ axis
     basis = {"n": normals, "e": np.broadcast_to(axis, normals.shape), "x": np.cross(axis, normals)}
     slip = np.zeros_like(normals)
-    for weight, table in ((1.0, flow), (1 / (4 * mode.order + 2), laplacian(flow))):
-        for (along, _), row in table.items():
-            factor = np.polynomial.polynomial.polyval(cosine, [float(p) for p in row])
-            slip += weight * factor[:, None] * basis[along]
+    for (along, _), row in mode.exterior_flow().items():
+        factor = np.polynomial.polynomial.polyval(cosine, [float(p) for p in row])
+        slip += factor[:, None] * basis[along]
     return slip
 
 

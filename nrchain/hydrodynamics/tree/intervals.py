@@ -164,9 +164,51 @@ def _ranges(begin, rows, bounds):
 
 
 @kernel
+def _pairs_between(spheres, balls, ratios, gap):
+    """Rows (i, j, degree) as of :func:`_pairs`: i among the points, j among the spheres.
+
+    The balls of the ``spheres`` intervals of a chain come first, then those of the points.
+    """
+    sphere_leaves, point_leaves = spheres // 2, spheres + (balls.shape[0] - spheres) // 2
+    found, size = np.empty((64 * sphere_leaves, 3), np.int32), 0
+    stack, top = np.empty((4096, 2), np.int32), 1
+    stack[0, 0], stack[0, 1] = spheres + 1, 1
+    while top:
+        top -= 1
+        i, j = stack[top]
+        degree = _degree(balls, i, j, ratios, gap)
+        if degree or (i >= point_leaves and j >= sphere_leaves):
+            if size == found.shape[0]:
+                grown = np.empty((2 * size, 3), np.int32)
+                grown[:size] = found
+                found = grown
+            found[size, 0], found[size, 1], found[size, 2] = i, j, degree
+            size += 1
+            continue
+        halve_points = j >= sphere_leaves or (i < point_leaves and balls[i, 3] > balls[j, 3])
+        for half in range(2):
+            if halve_points:
+                stack[top, 0], stack[top, 1] = spheres + 2 * (i - spheres) + half, j
+            else:
+                stack[top, 0], stack[top, 1] = i, 2 * j + half
+            top += 1
+    return found[:size]
+
+
+@kernel
+def _lists_between(bounds, balls, ratios, gap):
+    return _listed(_pairs_between(bounds.shape[0], balls, ratios, gap), bounds, balls, ratios)
+
+
+@kernel
 def _lists(bounds, balls, ratios, gap):
+    return _listed(_both_ways(_pairs(balls, ratios, gap)), bounds, balls, ratios)
+
+
+@kernel
+def _listed(rows, bounds, balls, ratios):
+    """The lists of rows (target, source, degree)."""
     nodes = balls.shape[0]
-    rows = _both_ways(_pairs(balls, ratios, gap))
     far, near = rows[rows[:, 2] > 0], rows[rows[:, 2] == 0]
     _, far = _sorted_by(far, far[:, 2], ratios.shape[0])
     far_begin, far = _sorted_by(far, far[:, 0] // GROUP, (nodes - 1) // GROUP)
@@ -183,3 +225,12 @@ def interval_lists(bounds: np.ndarray, balls: np.ndarray, ratios: np.ndarray, ga
     increasing with p. Centres closer than their radii and ``gap`` are near whatever the ratios.
     """
     return Lists(*_lists(bounds, balls, ratios, gap))
+
+
+def lists_between(bounds: np.ndarray, balls: np.ndarray, ratios: np.ndarray, gap: float) -> Lists:
+    """Which intervals of a chain act on intervals of points, as :func:`interval_lists` says it.
+
+    ``bounds`` are those of the chain. ``balls`` has those of the chain first and those of the
+    points after them, and their places number the intervals of both.
+    """
+    return Lists(*_lists_between(bounds, balls, ratios, gap))

@@ -9,7 +9,7 @@ uniaxial flow is a sum of three kinds of terms for each power k of 1/ρ:
     "swirl"      φ = ½ e × ∇Φ_(k−2)        u = −P_(l+1)′ e × n
 
 A force f = F/6πηa and a torque τ = T/8πηa² have, with all of Rotne, Prager and Yamakawa's terms for
-spheres apart, φ = ¾ f/ρ + ½ τ × x/ρ³ and ψ = ½ f·x/ρ³.
+spheres apart, φ = ¾ f/ρ + ½ τ × x/ρ³ and ψ = ½ f·x/ρ³. At a point of the fluid ψ is half as large.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def slip_terms(law: PairLaw) -> Terms | None:
     """The terms of the modes of a law; None if a flow has a power of a/r that is too high."""
     found = []
     for mode, (label, axis) in enumerate(zip(law.labels, law.axis_of, strict=True)):
-        flow = slip_modes.find(label).flow(law.finite_size)
+        flow = law.flow_of(slip_modes.find(label))
         if max(power for _, power in flow) > HIGHEST_POWER:
             return None
         found += [(axis, mode, *term) for term in _terms_of(flow)]
@@ -180,8 +180,11 @@ def fill_slip_changes(sources, changes, axes, rows, factors, degree, G, own):
 
 
 @kernel
-def fill_friction(vectors, own):
-    """own (N, n, 4) = the multipoles of f and τ, the rows 3 to 8 of ``vectors``."""
+def fill_wrenches(vectors, size, own):
+    """own (N, n, 4) = the multipoles of f and τ, the rows 3 to 8 of ``vectors``.
+
+    ``size`` is the factor of f·x/ρ³ in ψ: ½ for what a sphere feels, ¼ at a point of the fluid.
+    """
     own[:] = 0.0
     for j in range(own.shape[0]):
         for k in range(3):
@@ -189,7 +192,7 @@ def fill_friction(vectors, own):
             force, torque = vectors[3 + k, j], vectors[6 + k, j]
             own[j, 0, k] = 0.75 * force
             a, slope = UNITS[k]
-            own[j, a, 3] = 0.5 * slope * force
+            own[j, a, 3] = size * slope * force
             a, slope = UNITS[p]
             own[j, a, q] += 0.5 * slope * torque
             a, slope = UNITS[q]

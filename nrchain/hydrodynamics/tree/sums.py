@@ -15,11 +15,14 @@ from nrchain.hydrodynamics.tree.far_field import FarField
 from nrchain.hydrodynamics.tree.moments import (
     FRICTION_DEGREE,
     Terms,
-    fill_friction,
     fill_slip,
     fill_slip_changes,
+    fill_wrenches,
     strain_multipoles,
 )
+
+FELT = 0.5
+"""The factor of f·x/ρ³ in ψ for what a sphere feels of the force on another."""
 
 Disturbed = tuple[bool, np.ndarray, float]
 """The part of a disturbance: whether it is the stresslet, E (3, 3), and its prefactor."""
@@ -118,10 +121,10 @@ class FrictionTree(PairTree):
         super().__init__(FarField(count, radius, accuracy, FRICTION_DEGREE, 0), radius)
 
     def _fill(self, sources: np.ndarray, own: np.ndarray) -> None:
-        fill_friction(sources, own)
+        fill_wrenches(sources, FELT, own)
 
     def _fill_changes(self, sources: np.ndarray, changes: np.ndarray, own: np.ndarray) -> None:
-        fill_friction(changes, own)
+        fill_wrenches(changes, FELT, own)
 
     def _add_near(self, sources: np.ndarray, twists: np.ndarray) -> None:
         self._sum_near(near.friction_kernel, sources, self._radius, twists=twists)
