@@ -13,11 +13,10 @@ import typer
 
 from nrchain.cli.terminal import console, report, warn
 from nrchain.errors import SceneWarning
+from nrchain.progress import terminal_bar
 from nrchain.run.interruption import INTERRUPTED
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from nrchain.run.recording import Progress
 
     Update = Callable[[Progress], None]
@@ -33,42 +32,14 @@ def progress_bar(place: Path) -> Iterator[Update | None]:
 
     screen = console(stderr=True)
     try:
-        with _bar(screen) if screen.is_terminal else nullcontext() as update:
-            yield update
+        with terminal_bar(screen) if screen.is_terminal else nullcontext() as draw:
+            yield None if draw is None else lambda progress: draw(progress.shown())
     except KeyboardInterrupt:
         if not locate(place).exists():
             raise
         command = f"nrchain resume {shlex.quote(str(place))}"
         report(f"interrupted; the snapshots so far are kept; to continue: {command}")
         raise typer.Exit(INTERRUPTED) from None
-
-
-@contextmanager
-def _bar(screen: Console) -> Iterator[Update]:
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-    from rich.progress import Progress as Bar
-
-    columns = (
-        TextColumn("t = {task.fields[time]}"),
-        BarColumn(bar_width=None),
-        TextColumn("{task.fields[steps]} steps"),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-    )
-    with Bar(*columns, console=screen, transient=True) as bar:
-        task = bar.add_task("", total=None, time="0", steps="0")
-
-        def update(progress: Progress) -> None:
-            bar.update(
-                task,
-                total=progress.end,
-                completed=progress.time,
-                time=f"{progress.time:.4g} of {progress.end:.4g}",
-                steps=f"{progress.counters.get('steps', 0):.0f}",
-            )
-
-        yield update
 
 
 @contextmanager

@@ -16,6 +16,7 @@ from nrchain.diagrams.plane import Axis, Plane
 from nrchain.diagrams.starts import STARTS, read_starts
 from nrchain.errors import SceneError
 from nrchain.inputs.rules import is_number, whole
+from nrchain.progress import updates
 from nrchain.run.ensemble import available_cores
 from nrchain.run.interruption import deferred
 from nrchain.scene.loading import require_scene
@@ -41,7 +42,7 @@ def phases(
     workers: int | None = None,
     output: str | Path | None = None,
     overwrite: bool = False,
-    progress: Callable[[Progress], None] | None = None,
+    progress: bool | Callable[[Progress], None] | None = None,
 ) -> PhaseDiagram:
     """Which attractor a chain reaches at each (x, y), and where the straight chain turns unstable.
 
@@ -77,7 +78,8 @@ def phases(
     overwrite
         Whether the diagram of another request in this folder may be replaced.
     progress
-        Called with a :class:`~nrchain.diagrams.jobs.Progress` at each result.
+        True shows a bar in a terminal or a notebook, on standard error. A function is called with
+        a :class:`~nrchain.diagrams.jobs.Progress` at each result.
 
     Raises
     ------
@@ -103,11 +105,12 @@ def phases(
     first = plane.x.count * plane.y.count
     request = Request(plane, read_starts(starts), whole(least=first)("most", most), longest)
     with (
+        updates(progress, Progress.shown) as update,
         _ledger(request, output, overwrite) as ledger,
         deferred() as interruption,
         _executor(executor, workers) as chosen,
     ):
-        crew = Crew(ledger, chosen, interruption, progress)
+        crew = Crew(ledger, chosen, interruption, update)
         return PhaseDiagram.made(request, crew.do)
 
 

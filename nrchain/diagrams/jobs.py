@@ -15,6 +15,7 @@ from typing import Any
 from nrchain.diagrams.ledger import Ledger, Result
 from nrchain.errors import NrchainError
 from nrchain.hydrodynamics import sharing
+from nrchain.progress import Shown
 from nrchain.run.interruption import GLANCE, FromThread, Interruption
 
 FAILED = "failed"
@@ -47,6 +48,10 @@ class Progress:
 
     done: int
     name: str
+
+    def shown(self) -> Shown:
+        """What the bar of a diagram shows; how many results there will be is not known."""
+        return Shown(self.done, None, f"{self.done} results", self.name)
 
 
 class Crew:

@@ -11,6 +11,7 @@ from typing import Any
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.inputs.rules import whole
 from nrchain.notices import warn
+from nrchain.progress import Shown, bar
 from nrchain.run.folders import new_folder
 from nrchain.run.members import Member, Members, Warned
 from nrchain.run.output import output_file
@@ -31,6 +32,7 @@ def simulate_many(
     workers: int | None = None,
     *,
     overwrite: bool = False,
+    progress: bool = False,
 ) -> Generator[Member, None, None]:
     """Run several scenes side by side, and yield each as a :class:`Member` as soon as it ends.
 
@@ -52,6 +54,9 @@ def simulate_many(
         several, each sums pairs on one core.
     overwrite
         Whether existing files may be replaced.
+    progress
+        Whether a bar in a terminal or a notebook shows, on standard error, how many runs have
+        ended.
 
     Yields
     ------
@@ -87,7 +92,7 @@ def simulate_many(
     for file in filter(None, files):
         refuse_existing(file, overwrite)
     members = Members(zip(loaded, files, strict=True), threads, overwrite)
-    return _results(members, folder)
+    return _results(members, folder, progress, len(loaded))
 
 
 def available_cores() -> int:
@@ -97,13 +102,23 @@ def available_cores() -> int:
     return os.cpu_count() or 1
 
 
-def _results(members: Members, folder: Path | None) -> Generator[Member, None, None]:
-    with new_folder(folder) if folder else nullcontext(), members:
+def _results(
+    members: Members, folder: Path | None, progress: bool, total: int
+) -> Generator[Member, None, None]:
+    done = 0
+    with (
+        new_folder(folder) if folder else nullcontext(),
+        bar() if progress else nullcontext() as draw,
+        members,
+    ):
         while (found := members.next()) is not None:
             if isinstance(found, Warned):
                 warn(f"scenes[{found.index}]: {found.text}")
-            else:
-                yield found
+                continue
+            done += 1
+            if draw:
+                draw(Shown(done, total, f"{done} of {total} runs"))
+            yield found
 
 
 def _load(scenes: Iterable[Source]) -> list[Scene]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nrchain.motion.charts import ChartedChain
+from nrchain.progress import Shown
 from nrchain.run.counters import Counters
 from nrchain.scene.scene import Scene
 from nrchain.trajectory.checkpoint import Checkpoint
@@ -25,6 +26,11 @@ class Progress:
     snapshots: int
     counters: dict[str, float]
     wall_time: float
+
+    def shown(self) -> Shown:
+        """What the bar of a run shows: the time reached, and the steps taken."""
+        steps = f"{self.counters.get('steps', 0):.0f} steps"
+        return Shown(self.time, self.end, f"t = {self.time:.4g} of {self.end:.4g}", steps)
 
 
 def snapshot_times(scene: Scene) -> np.ndarray:

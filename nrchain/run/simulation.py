@@ -12,6 +12,7 @@ import numpy as np
 from nrchain.notices import Report, warn
 from nrchain.outcome import Settled, Stop
 from nrchain.planning.choice import Choice
+from nrchain.progress import updates
 from nrchain.run.folders import new_folder
 from nrchain.run.interruption import Interruption, deferred
 from nrchain.run.output import output_file
@@ -31,7 +32,7 @@ def simulate(
     *,
     output: str | Path | None = None,
     overwrite: bool = False,
-    progress: Callable[[Progress], None] | None = None,
+    progress: bool | Callable[[Progress], None] | None = None,
     positions: np.ndarray | None = None,
     frames: np.ndarray | None = None,
     choice: Choice | None = None,
@@ -48,7 +49,8 @@ def simulate(
     overwrite
         Whether an existing file may be replaced.
     progress
-        Called with a :class:`Progress` at every snapshot.
+        True shows a bar in a terminal or a notebook, on standard error. A function is called with
+        a :class:`Progress` at every snapshot.
     positions, frames
         (N, 3) and (N, 3, 3): poses to start from in place of the scene's. If one of the two is left
         out, that of the scene's own start is used. Positions of a periodic chain may be wrapped:
@@ -88,11 +90,12 @@ def simulate(
     # a path that is taken is refused before any time is spent
     place = None if output is None else output_file(output, overwrite)
     start = check_start(scene, positions, frames, choice)
-    if place is None:
-        return simulate_in_memory(start, progress)
-    folder, path = place
-    with new_folder(folder) if folder else nullcontext():
-        return simulate_to_file(start, path, overwrite=overwrite, progress=progress)
+    with updates(progress, Progress.shown) as update:
+        if place is None:
+            return simulate_in_memory(start, update)
+        folder, path = place
+        with new_folder(folder) if folder else nullcontext():
+            return simulate_to_file(start, path, overwrite=overwrite, progress=update)
 
 
 def simulate_in_memory(
@@ -137,12 +140,14 @@ def resume(
     path: str | Path,
     *,
     unwatched: bool = False,
-    progress: Callable[[Progress], None] | None = None,
+    progress: bool | Callable[[Progress], None] | None = None,
 ) -> Trajectory:
     """Continue a run that was killed, interrupted or stopped, from its last checkpoint to its end.
 
     The result is that of the uninterrupted run, bit for bit. A run that is complete is returned
     as it is. The budget of the scene holds for what is new.
+
+    ``progress`` is that of :func:`simulate`.
 
     A run keeps its effects to its end. One that stopped because of what ``effects = "auto"`` left
     out continues only with ``unwatched``: from there on no bound holds, and its ``choice`` says so.
@@ -159,10 +164,11 @@ def resume(
         start = start_from_checkpoint(done, unwatched)
         assert done.path is not None
         with (
+            updates(progress, Progress.shown) as update,
             deferred() as interruption,
             TrajectoryWriter.reopen(done.path, lock, start.choice) as writer,
         ):
-            return _finish(writer, _run(start, writer, progress, interruption))
+            return _finish(writer, _run(start, writer, update, interruption))
 
 
 def _stopped_by(interruption: Interruption | None) -> AbstractContextManager[Interruption]:

@@ -25,6 +25,7 @@ from nrchain.accuracy.timing import (
 )
 from nrchain.errors import SceneError
 from nrchain.planning.checked_start import starting_poses
+from nrchain.progress import Shown, updates
 from nrchain.run.work import RunCost
 from nrchain.scene.loading import load_scene
 from nrchain.scene.scene import Scene
@@ -46,13 +47,14 @@ def work_precision(
     scene: Scene,
     *,
     budget: float = BUDGET,
-    progress: Callable[[str], None] | None = None,
+    progress: bool | Callable[[str], None] | None = None,
 ) -> WorkPrecision:
     """Measure error against work of a scene, by short runs of about ``budget`` nominal seconds.
 
     Each short run takes at most 1.5 % of the budget with the scene's own setting. It covers the
     whole run, or as much of its beginning as that allows. Nominal seconds are counted, not timed:
-    the runs are the same on every machine. ``progress`` gets the name of each stage. A scene with
+    the runs are the same on every machine. ``progress`` is True for a bar in a terminal or
+    a notebook, or a function that gets the name of each stage. A scene with
     ``effects = "auto"`` has its effects chosen first.
 
     Raises :class:`~nrchain.errors.SceneError` for a budget that is not a number above 0, for a
@@ -61,11 +63,16 @@ def work_precision(
     if not (math.isfinite(budget) and budget > 0):
         raise SceneError("budget", budget, "must be a finite number of seconds above 0")
     starting_poses(scene)
-    report = progress or (lambda stage: None)
     if scene.effects == "auto":
         from nrchain.planning.auto import choose
 
         scene, _ = choose(scene)
+    with updates(progress, lambda stage: Shown(0.0, None, f"measuring {stage}")) as update:
+        return _measured(scene, budget, update or (lambda stage: None))
+
+
+def _measured(scene: Scene, budget: float, report: Callable[[str], None]) -> WorkPrecision:
+    """The work and the errors of all settings; ``report`` gets the name of each stage."""
     report("how much of the run fits the budget")
     short, own = _shortened(scene, PILOT_SHARE * budget)
     report("the reference")

@@ -14,6 +14,7 @@ import numpy as np
 
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.inputs.rules import number, whole
+from nrchain.progress import Shown, updates
 from nrchain.run.folders import new_folder
 from nrchain.run.interruption import Interruption, deferred
 from nrchain.scene.scene import Scene
@@ -90,7 +91,7 @@ def continue_state(
     steps: int = STEPS,
     step: float = LARGEST,
     output: str | Path | None = None,
-    progress: Callable[[StateBranch], None] | None = None,
+    progress: bool | Callable[[StateBranch], None] | None = None,
 ) -> BranchDiagram:
     """G(X, p) = 0 along p: states with their stability, and the branches that leave them.
 
@@ -119,7 +120,8 @@ def continue_state(
         Folder for one file a branch, which is written as it grows. If it holds branches of the same
         request, they are continued.
     progress
-        Called with the branch after every state.
+        True shows a bar in a terminal or a notebook, on standard error. A function is called with
+        the branch after every state.
 
     Raises
     ------
@@ -154,10 +156,17 @@ def continue_state(
     with (
         np.errstate(all="ignore"),
         new_folder(folder) if folder else nullcontext(),
+        updates(progress, _shown) as update,
         deferred() as interruption,
     ):
-        driver = _Driver(limits, folder, request, interruption, progress)
+        driver = _Driver(limits, folder, request, interruption, update)
         return driver.run(_starts(driver.curve, guess, nudge), branches, known)
+
+
+def _shown(branch: StateBranch) -> Shown:
+    """What the bar shows of a branch that grows: where it is, and how many states it has."""
+    text = f"{branch.line.key} = {branch.values[-1]:.6g}"
+    return Shown(len(branch), None, text, f"{len(branch)} states")
 
 
 class _Begin(NamedTuple):
