@@ -82,7 +82,7 @@ def branch(
     from nrchain.states.branches.continuation import continue_state
     from nrchain.states.branches.follow import END
     from nrchain.trajectory.trajectory import Trajectory
-    from nrchain.view.branch_plots import draw_branches
+    from nrchain.view.branch_plots import save_branches
 
     given = [_range(text) for text in along]
     ranges = dict(given)
@@ -104,7 +104,7 @@ def branch(
     show(branches_table(found))
     if found.special:
         show(special_table(found, "branch", "frequency", "rates at once"))
-    picture = draw_branches(found, folder / PICTURE)
+    picture = save_branches(found, folder / PICTURE)
     for number, one in enumerate(found.branches):
         if one.reason != END:
             note(f"branch {number} ends: {one.reason}")
@@ -128,13 +128,13 @@ def _follow_cycles(
 ) -> None:
     """Follow, show and draw the cycles that leave a Hopf point."""
     from nrchain.states.cycles.continuation import continue_cycle
-    from nrchain.view.cycle_plots import draw_cycles
+    from nrchain.view.cycle_plots import save_cycles
 
     found = continue_cycle(scene, ranges, special, output=folder)
     show(cycles_table(found))
     if found.special:
         show(special_table(found, "cycles", "angle", "at once"))
-    show(str(draw_cycles(found, folder / CYCLES_PICTURE)), soft_wrap=True)
+    show(str(save_cycles(found, folder / CYCLES_PICTURE)), soft_wrap=True)
 
 
 def _range(text: str) -> tuple[str, tuple[float, float]]:

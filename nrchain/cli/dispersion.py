@@ -38,7 +38,7 @@ def dispersion(
     from nrchain.states.mode_waves import mode_waves
     from nrchain.theory.dispersion import dispersion as compute
     from nrchain.trajectory.file import file_errors
-    from nrchain.view.dispersion_plots import draw_dispersion
+    from nrchain.view.dispersion_plots import save_dispersion
     from nrchain.view.drawing import check_picture
 
     if output is not None:
@@ -55,7 +55,7 @@ def dispersion(
         modes, missing = mode_waves(found), ""
     except SceneError as error:
         modes, missing = None, str(error)
-    draw_dispersion(found, path, modes)
+    save_dispersion(found, path, modes)
     show(dispersion_table(found), whole=True)
     if found.frame == "spinning":
         show("rates along axes that spin with the chain", soft_wrap=True)

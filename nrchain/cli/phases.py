@@ -82,7 +82,7 @@ def phases(
     from nrchain.diagrams.compute import phases as compute
     from nrchain.diagrams.starts import STARTS
     from nrchain.view.drawing import require_matplotlib
-    from nrchain.view.phase_plots import draw_phases
+    from nrchain.view.phase_plots import save_phases
 
     require_matplotlib()
     axes = _axis("x", x), _axis("y", y)
@@ -101,7 +101,7 @@ def phases(
             overwrite=overwrite,
             progress=progress,
         )
-    picture = draw_phases(found, place / PICTURE)
+    picture = save_phases(found, place / PICTURE)
     table = found.write_table(place / TABLE)
     show_if_possible(regions_table(found), whole=True)
     show_if_possible(*lines(found), soft_wrap=True)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -28,6 +29,21 @@ class View(StrEnum):
     space = "3d"
 
 
+class Spacing(StrEnum):
+    """How the times of a picture are chosen."""
+
+    linear = "linear"
+    logarithmic = "logarithmic"
+
+
+class Spheres(StrEnum):
+    """The sizes of drawn spheres."""
+
+    auto = "auto"
+    scale = "scale"
+    dots = "dots"
+
+
 @examples(
     "nrchain plot runs/buckling",
     "nrchain plot runs/buckling --view 3d --times 4 -o chain.pdf",
@@ -49,28 +65,53 @@ def plot(
     times: Annotated[
         int | None, typer.Option(min=1, help="Number of snapshots to draw.", show_default="6")
     ] = None,
+    spacing: Annotated[
+        Spacing | None,
+        typer.Option(help="Times in even steps or in even ratios.", show_default="linear"),
+    ] = None,
+    spheres: Annotated[
+        Spheres | None,
+        typer.Option(
+            help="Spheres to scale, as dots, or to scale where they are seen (auto).",
+            show_default="auto",
+        ),
+    ] = None,
+    frames: Annotated[
+        bool, typer.Option("--frames", help="Draw e₁ and e₂ of up to 12 spheres.")
+    ] = False,
+    title: Annotated[bool, typer.Option("--title/--no-title", help="Write a title.")] = True,
     overwrite: OverwritePicture = False,
 ) -> None:
     """Draw the chain of a run at several times, or its effects. The run may still go on."""
     from nrchain.trajectory.trajectory import Trajectory
-    from nrchain.view.plots import draw_chain
+    from nrchain.view.plots import save_chain
 
-    if of_effects and (view or times):
-        _refuse_beside_effects("--view" if view else "--times", view.value if view else times)
+    asked: dict[str, Any] = {
+        "view": view and view.value,
+        "times": times,
+        "spacing": spacing and spacing.value,
+        "spheres": spheres and spheres.value,
+        "frames": frames or None,
+    }
+    asked = {name: value for name, value in asked.items() if value is not None}
+    if of_effects:
+        _refuse_beside_effects(asked)
     trajectory = Trajectory.open(find_run(directory))
     if output is not None and not overwrite:
         check_absent(output)
     if of_effects:
-        from nrchain.view.effect_plots import draw_effects
+        from nrchain.view.effect_plots import save_effects
 
-        path = draw_effects(trajectory, output or picture_beside(trajectory, EFFECTS_PICTURE))
+        path = output or picture_beside(trajectory, EFFECTS_PICTURE)
+        save_effects(trajectory, path, title=title)
     else:
-        shown = view or View.planes
-        name = PICTURE if shown is View.planes else PICTURE_IN_SPACE
+        name = PICTURE_IN_SPACE if view is View.space else PICTURE
         path = output or picture_beside(trajectory, name)
-        draw_chain(trajectory, path, view=shown.value, times=times or 6)
+        save_chain(trajectory, path, title=title, **asked)
     show(str(path), soft_wrap=True)
 
 
-def _refuse_beside_effects(option: str, value: object) -> None:
-    raise SceneError(option, value, "applies to pictures of the chain; remove it or --effects")
+def _refuse_beside_effects(asked: Mapping[str, object]) -> None:
+    for name, value in asked.items():
+        allowed = "applies to pictures of the chain; remove it or --effects"
+        raise SceneError(f"--{name}", value, allowed)

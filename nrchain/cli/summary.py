@@ -72,9 +72,9 @@ def _draw(trajectory: Trajectory) -> Path | None:
         return None
     try:
         with no_collection():
-            from nrchain.view.plots import draw_chain
+            from nrchain.view.plots import save_chain
 
-            return draw_chain(trajectory, picture_beside(trajectory, PICTURE))
+            return save_chain(trajectory, picture_beside(trajectory, PICTURE))
     except (OSError, ValueError, RuntimeError, MemoryError, ArithmeticError) as error:
         note(f"no picture is drawn: {error}")
         return None

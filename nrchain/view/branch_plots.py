@@ -5,19 +5,31 @@ Stable parts are solid, unstable ones dashed. Special points are marked.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from nrchain.errors import SceneError
 from nrchain.states.branches.branch import StateBranch
 from nrchain.states.branches.continuation import BranchDiagram
 from nrchain.states.cycles.branch import CycleBranch
 from nrchain.states.varied import Line
-from nrchain.view.drawing import check_picture, letters, new_figure, save
-from nrchain.view.style import COLOURS, INK, LABEL, LINE, PAPER, TITLE, style_axes, write_key
+from nrchain.view.drawing import as_axes, check_picture, letters, new_figure, save
+from nrchain.view.style import (
+    COLOURS,
+    INK,
+    LABEL,
+    LINE,
+    PAPER,
+    TEXT,
+    TITLE,
+    WIDTHS,
+    style_axes,
+    write_key,
+)
 
 STABLE, UNSTABLE = "-", (0, (4, 2))
 
@@ -35,49 +47,117 @@ VANISHING = 1e-9
 """Speeds and rotations below this, in a and radians per unit time of the fastest mode, are none."""
 
 
-def draw_branches(found: BranchDiagram, path: str | Path) -> Path:
+QUANTITIES = {
+    "amplitude": "distance from the line",
+    "speed": "speed |V|",
+    "spin": "rotation |Ω|",
+}
+"""What is drawn of states, and its name on an axis."""
+
+
+def draw_branches(
+    found: BranchDiagram, axes: Any = None, *, quantity: str = "amplitude", key: bool = True
+) -> Any:
+    """Draw a quantity of all branches on axes, and return the axes.
+
+    Parameters
+    ----------
+    axes
+        Of matplotlib; without, those of a new figure, one column wide.
+    quantity
+        ``"amplitude"``, ``"speed"`` or ``"spin"``, of the chain as a whole, in units of the scene.
+    key
+        Write the key of lines and marks into the axes.
+
+    Raises :class:`~nrchain.errors.SceneError` for another quantity.
+    """
+    axes = as_axes(axes)
+    values = [_values(branch, quantity) for branch in found.branches]
+    return draw_line(axes, found.line, found.branches, values, QUANTITIES[quantity], key)
+
+
+def save_branches(found: BranchDiagram, path: str | Path, *, title: bool = True) -> Path:
     """Draw all branches, and return the path, whose ending chooses PNG, PDF or SVG.
 
     The panels show the amplitude, the speed and the rotation of the chain as a whole; one that
-    vanishes on all branches is left out. An existing file is replaced.
+    vanishes on all branches is left out. An existing file is replaced. ``title`` writes that of the
+    scene.
 
     Raises :class:`~nrchain.errors.SceneError` for another ending, and
     :class:`~nrchain.errors.TrajectoryError` for a file that cannot be written.
     """
     path = check_picture(path)
-    panels = [one for one in _PANELS if one[0] == "amplitude" or _moves(found, one[0])]
-    figure = new_figure(7.2, 1.4 + 2.6 * len(panels), "constrained")
-    axes = np.atleast_1d(figure.subplots(len(panels), 1, sharex=True))
+    panels = {
+        name: [_values(branch, name) for branch in found.branches]
+        for name in QUANTITIES
+        if name == "amplitude" or _moves(found, name)
+    }
+    names = [QUANTITIES[name] for name in panels]
+    return save_panels(found.line, found.branches, panels.values(), names, path, title)
+
+
+def save_panels(
+    line: Line,
+    branches: Sequence[StateBranch | CycleBranch],
+    values: Iterable[Sequence[np.ndarray]],
+    names: Sequence[str],
+    path: Path,
+    title: bool,
+) -> Path:
+    """Draw one panel for each quantity, with the key in common and one key of lines, and save."""
+    figure = new_figure(WIDTHS["two"] * 0.75, 1.0 + 1.9 * len(names), "constrained")
+    axes = np.atleast_1d(figure.subplots(len(names), 1, sharex=True))
     shown: dict[str, Any] = {}
-    for axis, (name, label) in zip(axes, panels, strict=True):
+    for axis, own, name in zip(axes, values, names, strict=True):
         style_axes(axis)
-        for number, branch in enumerate(found.branches):
-            colour = COLOURS[number % len(COLOURS)]
-            shown = draw_branch(axis, branch, _values(branch, name), colour) | shown
-        axis.set_ylabel(label, size=LABEL, color=INK)
-    return finish(figure, axes, found.line, shown, path)
-
-
-def finish(figure: Any, axes: Any, line: Line, shown: Mapping[str, Any], path: Path) -> Path:
-    """Label the axis of the key, add the key of lines and marks, and save."""
-    axes[-1].set_xlabel(letters(", ".join(line.ranges)), size=LABEL, color=INK)
-    axes[-1].set_xlim(*sorted((line.low, line.high)))
-    write_key(figure, shown, columns=5)
+        shown = _draw_all(axis, branches, own) | shown
+        axis.set_ylabel(name, size=LABEL, color=INK)
+    _name_key(axes[-1], line)
+    write_key(figure, shown, columns=4)
     figure.set(facecolor=PAPER, edgecolor=PAPER)
-    title = letters(line.scene.title)
-    figure.suptitle(title, fontsize=TITLE, fontweight="bold", color=INK)
+    if title:
+        words = letters(line.scene.title)
+        figure.suptitle(words, fontsize=TITLE, fontweight="bold", color=INK)
     save(figure, path)
     return path
 
 
-_PANELS = (
-    ("amplitude", "distance from the line"),
-    ("speed", "speed |V|"),
-    ("spin", "rotation |Ω|"),
-)
+def draw_line(
+    axes: Any,
+    line: Line,
+    branches: Sequence[StateBranch | CycleBranch],
+    values: Sequence[np.ndarray],
+    name: str,
+    key: bool,
+) -> Any:
+    """Draw values (m,) along each branch on axes; see :func:`draw_branches`."""
+    style_axes(axes)
+    shown = _draw_all(axes, branches, values)
+    axes.set_ylabel(name, size=LABEL, color=INK)
+    _name_key(axes, line)
+    if key:
+        axes.legend(shown.values(), shown.keys(), frameon=False, fontsize=TEXT, labelcolor=INK)
+    return axes
+
+
+def _draw_all(
+    axes: Any, branches: Sequence[StateBranch | CycleBranch], values: Sequence[np.ndarray]
+) -> dict[str, Any]:
+    shown: dict[str, Any] = {}
+    for number, (branch, own) in enumerate(zip(branches, values, strict=True)):
+        shown = draw_branch(axes, branch, own, COLOURS[number % len(COLOURS)]) | shown
+    return shown
+
+
+def _name_key(axes: Any, line: Line) -> None:
+    """Name the key along which branches run, and show its range."""
+    axes.set_xlabel(letters(", ".join(line.ranges)), size=LABEL, color=INK)
+    axes.set_xlim(*sorted((line.low, line.high)))
 
 
 def _values(branch: StateBranch, name: str) -> np.ndarray:
+    if name not in QUANTITIES:
+        raise SceneError("quantity", name, f"must be one of {', '.join(QUANTITIES)}")
     if name == "spin":
         return np.linalg.norm(branch.rotation, axis=1)
     return np.asarray(getattr(branch, name))

@@ -8,30 +8,47 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from nrchain.errors import SceneError
 from nrchain.states.cycles.continuation import CycleDiagram
-from nrchain.view.branch_plots import draw_branch, finish
-from nrchain.view.drawing import check_picture, new_figure
-from nrchain.view.style import COLOURS, INK, LABEL, style_axes
+from nrchain.view.branch_plots import draw_line, save_panels
+from nrchain.view.drawing import as_axes, check_picture
 
-PANELS = ("amplitudes", "largest excursion"), ("periods", "period T")
+QUANTITIES = {"amplitudes": "largest excursion", "periods": "period T"}
+"""What is drawn of cycles, and its name on an axis."""
 
 
-def draw_cycles(found: CycleDiagram, path: str | Path) -> Path:
+def draw_cycles(
+    found: CycleDiagram, axes: Any = None, *, quantity: str = "amplitudes", key: bool = True
+) -> Any:
+    """Draw a quantity of all branches on axes, and return the axes.
+
+    Parameters
+    ----------
+    axes
+        Of matplotlib; without, those of a new figure, one column wide.
+    quantity
+        ``"amplitudes"`` or ``"periods"``, in units of the scene.
+    key
+        Write the key of lines and marks into the axes.
+
+    Raises :class:`~nrchain.errors.SceneError` for another quantity.
+    """
+    if quantity not in QUANTITIES:
+        raise SceneError("quantity", quantity, f"must be one of {', '.join(QUANTITIES)}")
+    axes = as_axes(axes)
+    values = [getattr(branch, quantity) for branch in found.branches]
+    return draw_line(axes, found.line, found.branches, values, QUANTITIES[quantity], key)
+
+
+def save_cycles(found: CycleDiagram, path: str | Path, *, title: bool = True) -> Path:
     """Draw all branches, and return the path, whose ending chooses PNG, PDF or SVG.
 
-    An existing file is replaced.
+    An existing file is replaced. ``title`` writes that of the scene.
 
     Raises :class:`~nrchain.errors.SceneError` for another ending, and
     :class:`~nrchain.errors.TrajectoryError` for a file that cannot be written.
     """
     path = check_picture(path)
-    figure = new_figure(7.2, 1.4 + 2.6 * len(PANELS), "constrained")
-    axes = figure.subplots(len(PANELS), 1, sharex=True)
-    shown: dict[str, Any] = {}
-    for axis, (name, label) in zip(axes, PANELS, strict=True):
-        style_axes(axis)
-        for number, branch in enumerate(found.branches):
-            colour = COLOURS[number % len(COLOURS)]
-            shown = draw_branch(axis, branch, getattr(branch, name), colour) | shown
-        axis.set_ylabel(label, size=LABEL, color=INK)
-    return finish(figure, axes, found.line, shown, path)
+    values = [[getattr(branch, name) for branch in found.branches] for name in QUANTITIES]
+    names = list(QUANTITIES.values())
+    return save_panels(found.line, found.branches, values, names, path, title)

@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from nrchain.errors import SceneError
 from nrchain.states.mode_waves import ModeWaves
 from nrchain.theory.dispersion import Dispersion
 from nrchain.theory.lattice import Branch
-from nrchain.view.drawing import check_picture, letters, new_figure, save
+from nrchain.view.drawing import as_axes, check_picture, letters, new_figure, save
 from nrchain.view.style import (
     COLOURS,
     INK,
@@ -23,10 +24,12 @@ from nrchain.view.style import (
     PAPER,
     TEXT,
     TITLE,
+    WIDTHS,
     style_axes,
     write_key,
     write_title,
 )
+from nrchain.view.units import label
 
 COLUMNS = {
     "bending": (Branch.BEND_PLUS, Branch.BEND_MINUS),
@@ -70,34 +73,90 @@ ROUNDING = 1e-12
 """Fraction of the largest rate of a panel below which a rate is drawn as 0."""
 
 
-def draw_dispersion(found: Dispersion, path: str | Path, modes: ModeWaves | None = None) -> Path:
+PARTS = ("growth", "frequency")
+"""What of the rates a panel shows."""
+
+
+def draw_dispersion(
+    found: Dispersion,
+    axes: Any = None,
+    modes: ModeWaves | None = None,
+    *,
+    kind: str = "bending",
+    part: str = "growth",
+    key: bool = True,
+) -> Any:
+    """Draw Re Λ or −Im Λ of two branches of a scene on axes, and return the axes.
+
+    Parameters
+    ----------
+    axes
+        Of matplotlib; without, those of a new figure, one column wide.
+    modes
+        Drawn as points: see :func:`nrchain.mode_waves`.
+    kind
+        ``"bending"``, ``"stretch and twist"`` or ``"shear"``.
+    part
+        ``"growth"`` or ``"frequency"``.
+    key
+        Write the key of lines and points into the axes.
+
+    Raises :class:`~nrchain.errors.SceneError` for another kind or part.
+    """
+    if kind not in COLUMNS:
+        raise SceneError("kind", kind, f"must be one of {', '.join(COLUMNS)}")
+    if part not in PARTS:
+        raise SceneError("part", part, f"must be one of {', '.join(PARTS)}")
+    axes = as_axes(axes)
+    lines = _draw_kind(axes, found, modes, kind, part)
+    if key:
+        axes.legend(lines.values(), lines.keys(), frameon=False, fontsize=TEXT, labelcolor=INK)
+    return axes
+
+
+def save_dispersion(
+    found: Dispersion, path: str | Path, modes: ModeWaves | None = None, *, title: bool = True
+) -> Path:
     """Draw all branches of a scene, and return the path, whose ending chooses PNG, PDF or SVG.
 
-    ``modes`` are drawn as points: see :func:`nrchain.mode_waves`.
+    ``modes`` are drawn as points: see :func:`nrchain.mode_waves`. ``title`` writes that of the
+    scene.
 
     An existing file is replaced. Raises :class:`~nrchain.errors.SceneError` for another ending, and
     :class:`~nrchain.errors.TrajectoryError` for a file that cannot be written.
     """
     path = check_picture(path)
-    figure = new_figure(10.5, 6.0, "constrained")
+    figure = new_figure(WIDTHS["two"], 4.4, "constrained")
     panels = figure.subplots(2, len(COLUMNS), sharex=True)
     lines: dict[str, Any] = {}
-    for column, (title, branches) in enumerate(COLUMNS.items()):
-        for row, part in enumerate((np.real, _frequency)):
-            axes = panels[row, column]
-            style_axes(axes)
-            lines = _draw_panel(axes, found, branches, part) | lines
-            if modes is not None:
-                lines |= _draw_modes(axes, found, modes, branches, part)
-        write_title(panels[0, column], title)
-        panels[1, column].set(xlabel="$qd$")
-    panels[0, 0].set(ylabel=r"growth  Re $\Lambda$")
-    panels[1, 0].set(ylabel=r"frequency  $\omega = -$Im $\Lambda$")
+    for column, kind in enumerate(COLUMNS):
+        for row, part in enumerate(PARTS):
+            lines = _draw_kind(panels[row, column], found, modes, kind, part) | lines
+            if column > 0:
+                panels[row, column].set(ylabel="")
+        write_title(panels[0, column], kind)
+        panels[0, column].set(xlabel="")
     write_key(figure, lines, columns=4)
     figure.set(facecolor=PAPER, edgecolor=PAPER)
-    figure.suptitle(letters(found.scene.title), fontsize=TITLE, fontweight="bold", color=INK)
+    if title:
+        words = letters(found.scene.title)
+        figure.suptitle(words, fontsize=TITLE, fontweight="bold", color=INK)
     save(figure, path)
     return path
+
+
+def _draw_kind(
+    axes: Any, found: Dispersion, modes: ModeWaves | None, kind: str, part: str
+) -> dict[str, Any]:
+    """Draw a part of the rates of a kind of waves; return one line of each theory."""
+    style_axes(axes)
+    branches, of = COLUMNS[kind], np.real if part == "growth" else _frequency
+    lines = _draw_panel(axes, found, branches, of)
+    if modes is not None:
+        lines |= _draw_modes(axes, found, modes, branches, of)
+    symbol = r"{\rm Re}\,\Lambda" if part == "growth" else r"\omega = -{\rm Im}\,\Lambda"
+    axes.set(xlabel="$qd$", ylabel=f"{part}  {label(symbol, found.scene, 'rate')}")
+    return lines
 
 
 def _frequency(rates: np.ndarray) -> np.ndarray:

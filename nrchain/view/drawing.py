@@ -16,11 +16,11 @@ import numpy as np
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.trajectory.file import file_errors
 from nrchain.trajectory.trajectory import Trajectory
-from nrchain.view.style import PAPER
+from nrchain.view.style import PAPER, WIDTHS
 
 FORMATS = (".png", ".pdf", ".svg")
 
-DOTS_PER_INCH = 200
+DOTS_PER_INCH = 300
 
 COMPRESSION = 3
 """Level of compression of PNG files: faster than the usual 6, for files an eighth larger."""
@@ -36,9 +36,33 @@ def check_drawable(trajectory: Trajectory, path: str | Path) -> Path:
     trajectory without snapshots.
     """
     path = check_picture(path)
+    check_snapshots(trajectory)
+    return path
+
+
+def check_snapshots(trajectory: Trajectory) -> None:
+    """Raise :class:`~nrchain.errors.TrajectoryError` for a trajectory without snapshots."""
     if not len(trajectory.time):
         raise TrajectoryError("the trajectory has no finished snapshot to draw")
-    return path
+
+
+def as_axes(axes: Any, *, height: float = 2.4, projection: str | None = None) -> Any:
+    """The axes given, or those of a new figure, one column wide and ``height`` inches high.
+
+    Raises :class:`~nrchain.errors.SceneError` for anything else than axes, such as a path.
+    """
+    if axes is None:
+        figure = new_figure(WIDTHS["one"], height, "constrained")
+        return figure.add_subplot(projection=projection)
+    require_axes(axes)
+    return axes
+
+
+def require_axes(axes: Any) -> None:
+    """Raise :class:`~nrchain.errors.SceneError` for anything else than axes of matplotlib."""
+    if not hasattr(axes, "_axis_names"):
+        allowed = "must be axes of matplotlib; a function save_… writes a file"
+        raise SceneError("axes", str(axes), allowed)
 
 
 def check_picture(path: str | Path) -> Path:

@@ -43,18 +43,31 @@ class Viewport:
     height: float
 
     @classmethod
-    def fit(cls, chains: np.ndarray, wide: float, low: float, high: float) -> Viewport:
-        """The view of panels ``wide`` inches wide and ``low`` to ``high`` inches high."""
+    def fit(
+        cls,
+        chains: np.ndarray,
+        wide: float,
+        low: float,
+        high: float,
+        margin: float,
+        *,
+        stretch: bool,
+    ) -> Viewport:
+        """The view of panels ``wide`` inches wide and ``low`` to ``high`` inches high.
+
+        ``margin`` is the length that spheres of radius 1 and vectors need beside the centres.
+
+        Without ``stretch``, all directions have one scale however slender the chain is.
+        """
         least, most = chains.min(axis=(0, 1)), chains.max(axis=(0, 1))
         middle = (least + most) / 2
         length, width = (most - least)[0], max((most - least)[1:])
         if width < STRAIGHT * length:
             width = 0.0
-        if 0 < width < SLENDER * length:
+        if stretch and 0 < width < SLENDER * length:
             height = (low + high) / 2
             return cls(middle, width, wide / (1.06 * length), height / (1.3 * width), height)
-        # the spheres have radius 1; the rest is margin
-        room = (1.06 * length + 3, 1.1 * width + 3)
+        room = (1.06 * length + margin, 1.1 * width + margin)
         scale = min(wide / room[0], high / room[1])
         return cls(middle, width, scale, scale, max(low, scale * room[1]))
 
@@ -85,6 +98,29 @@ def add_axes(figure: Any, box: Box, **options: Any) -> Any:
     return axes
 
 
+def equal_scales(axes: Any, chains: np.ndarray, directions: tuple[int, ...]) -> None:
+    """Style axes, give their directions one scale that holds all chains, and name them."""
+    from matplotlib.ticker import MaxNLocator
+
+    least, most = chains.min(axis=(0, 1)) - 2.0, chains.max(axis=(0, 1)) + 2.0
+    style_axes(axes)
+    for name, direction in zip(AXES, directions, strict=False):
+        getattr(axes, f"{name}axis").label.set_style("italic")
+        getattr(axes, f"set_{name}label")(f"{AXES[direction]}/a")
+    if len(directions) == 3:
+        half = np.maximum(most - least, 0.15 * (most - least).max()) / 2
+        for name, middle, width in zip(AXES, (least + most) / 2, half, strict=True):
+            getattr(axes, f"set_{name}lim")(middle - width, middle + width)
+            ticks = MaxNLocator(7 if width > 0.5 * half.max() else 3, steps=[1, 2, 2.5, 5, 10])
+            getattr(axes, f"{name}axis").set_major_locator(ticks)
+        axes.set_box_aspect(half)
+        axes.xaxis.labelpad = 8.0
+    else:
+        axes.update_datalim(np.array([least, most])[:, directions])
+        axes.margins(0.02)
+        axes.set_aspect("equal", adjustable="datalim")
+
+
 def label_axes(
     axes: Any,
     view: Viewport,
@@ -105,4 +141,4 @@ def label_axes(
         axis = getattr(axes, f"{name}axis")
         # italics in place of mathematics, whose parser takes longer than the rest of the picture
         axis.label.set_style("italic")
-        axis.set_major_locator(MaxNLocator(7 if size > 4 else 4, steps=[1, 2, 2.5, 5, 10]))
+        axis.set_major_locator(MaxNLocator(7 if size > 3 else 4, steps=[1, 2, 2.5, 5, 10]))

@@ -15,8 +15,8 @@ import numpy as np
 
 from nrchain.diagrams.diagram import PhaseDiagram
 from nrchain.diagrams.plane import Plane
-from nrchain.view.drawing import check_picture, letters, new_figure, save
-from nrchain.view.style import INK, LINE, PAPER, TEXT, style_axes, write_title
+from nrchain.view.drawing import as_axes, check_picture, letters, new_figure, save
+from nrchain.view.style import INK, LINE, PAPER, TEXT, WIDTHS, style_axes, write_title
 
 LOOKS: dict[str, tuple[str, str]] = {
     "straight": ("#f2f2f2", "."),
@@ -50,21 +50,46 @@ MARKER, CROWDED = 14.0, 800
 """Area of a marker, in square points, and number of points from which on it is smaller."""
 
 
-def draw_phases(diagram: PhaseDiagram, path: str | Path) -> Path:
+def draw_phases(diagram: PhaseDiagram, axes: Any = None, *, key: bool = True) -> Any:
+    """Draw regions and thresholds on axes, and return the axes.
+
+    ``axes`` are of matplotlib; without, those of a new figure, one column wide. ``key`` writes the
+    key of colours, markers and lines beside the axes.
+    """
+    axes = as_axes(axes, height=3.0)
+    entries = _draw_diagram(axes, diagram)
+    if key:
+        _write_key(axes, entries, {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)})
+    return axes
+
+
+def save_phases(diagram: PhaseDiagram, path: str | Path, *, title: bool = True) -> Path:
     """Draw regions and thresholds, and return the path, whose ending chooses PNG, PDF or SVG.
 
-    An existing file is replaced. Raises :class:`~nrchain.errors.SceneError` for another ending, and
+    An existing file is replaced. ``title`` writes that of the scene.
+
+    Raises :class:`~nrchain.errors.SceneError` for another ending, and
     :class:`~nrchain.errors.TrajectoryError` for a file that cannot be written.
     """
     path = check_picture(path)
-    save(phase_figure(diagram), path)
+    save(phase_figure(diagram, title), path)
     return path
 
 
-def phase_figure(diagram: PhaseDiagram) -> Any:
-    """The figure of a diagram, as :func:`draw_phases` saves it."""
-    figure = new_figure(7.5, 5.6, "constrained")
+def phase_figure(diagram: PhaseDiagram, title: bool = True) -> Any:
+    """The figure of a diagram, as :func:`save_phases` saves it."""
+    figure = new_figure(WIDTHS["two"] * 0.75, 4.4, "constrained")
     axes = figure.subplots()
+    entries = _draw_diagram(axes, diagram)
+    if title:
+        write_title(axes, letters(diagram.scene.title))
+    _write_key(figure, entries, {"loc": "outside lower center", "ncols": 3})
+    figure.set(facecolor=PAPER, edgecolor=PAPER)
+    return figure
+
+
+def _draw_diagram(axes: Any, diagram: PhaseDiagram) -> list[tuple[Any, str]]:
+    """Draw all of a diagram on axes; return the entries of its key."""
     style_axes(axes)
     axes.grid(False)
     entries = [*_draw_regions(axes, diagram), *_draw_curves(axes, diagram)]
@@ -74,21 +99,21 @@ def phase_figure(diagram: PhaseDiagram) -> Any:
         xlim=(diagram.x.low, diagram.x.high),
         ylim=(diagram.y.low, diagram.y.high),
     )
-    write_title(axes, letters(diagram.scene.title))
+    return entries
+
+
+def _write_key(parent: Any, entries: list[tuple[Any, str]], place: dict[str, Any]) -> None:
     from matplotlib.legend_handler import HandlerTuple
 
-    figure.legend(
+    parent.legend(
         [handle for handle, _ in entries],
         [text for _, text in entries],
         handler_map={tuple: HandlerTuple(ndivide=1)},
-        loc="outside lower center",
-        ncols=3,
         frameon=False,
         fontsize=TEXT,
         labelcolor=INK,
+        **place,
     )
-    figure.set(facecolor=PAPER, edgecolor=PAPER)
-    return figure
 
 
 def _draw_regions(axes: Any, diagram: PhaseDiagram) -> list[tuple[Any, str]]:

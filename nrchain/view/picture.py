@@ -13,6 +13,7 @@ from nrchain.trajectory.trajectory import Trajectory
 from nrchain.view.drawing import letters, pick_evenly, save, settle
 from nrchain.view.panels import Box, add_axes
 from nrchain.view.style import INK, PALE, TEXT, TITLE, write_title
+from nrchain.view.units import time_unit
 
 
 @dataclass(frozen=True)
@@ -52,11 +53,13 @@ class Picture:
             words.append(f"{stopped}t = {trajectory.time[-1]:.4g}")
         if self.note:
             words.append(self.note)
+        if len(trajectory.time) > 1 and (unit := time_unit(scene)):
+            words.append(unit)
         title = letters(scene.title)
         (left, bottom), (width, height) = self.corner, self.figure.get_size_inches()
         for up, text, look in (
-            (0.32, title, {"fontsize": TITLE, "fontweight": "bold", "color": INK}),
-            (0.12, "   ·   ".join(words), {"fontsize": TEXT, "color": PALE}),
+            (0.28, title, {"fontsize": TITLE, "fontweight": "bold", "color": INK}),
+            (0.1, " · ".join(words), {"fontsize": TEXT, "color": PALE}),
         ):
             self.figure.text(left / width, (bottom + up) / height, text, **look)
 

@@ -54,9 +54,21 @@ def test_effects_are_drawn_beside_the_picture_of_a_run(tmp_path):
     assert_refused(refused, "add --overwrite to replace it")
 
 
-@pytest.mark.parametrize("flag", [("--view", "3d"), ("--view", "planes"), ("--times", "3")])
+@pytest.mark.parametrize(
+    "flag", [("--view", "3d"), ("--times", "3"), ("--spheres", "dots"), ("--frames",)]
+)
 def test_options_of_chain_pictures_are_refused_for_effects(tmp_path, stub, flag):
     assert call("run", "passive", "-o", tmp_path).exit_code == 0
     answer = call("plot", tmp_path, "--effects", *flag)
     assert_refused(answer, f"{flag[0]} = ", "applies to pictures of the chain", "--effects")
     assert not (tmp_path / "effects.png").exists()
+
+
+def test_plot_draws_frames_and_spheres_at_logarithmic_times(tmp_path, stub):
+    assert call("run", "passive", "-o", tmp_path).exit_code == 0
+    before = (tmp_path / PICTURE).read_bytes()
+    options = ("--frames", "--spheres", "scale", "--spacing", "logarithmic", "--no-title")
+    assert call("plot", tmp_path, *options).exit_code == 0
+    assert (tmp_path / PICTURE).read_bytes() != before
+    assert call("plot", tmp_path, "--spheres", "big").exit_code == REFUSED
+    assert call("plot", tmp_path, "--spacing", "cubic").exit_code == REFUSED

@@ -121,7 +121,7 @@ def test_a_diagram_of_which_little_is_finished_can_be_read_and_drawn(count, tmp_
     partial = nrchain.PhaseDiagram.open(tmp_path)
     assert not partial.is_complete
     assert len(partial.points) == len(list(partial.rows())) <= len(kept().points)
-    nrchain.phase_plots.draw_phases(partial, tmp_path / "d.png")
+    nrchain.phase_plots.save_phases(partial, tmp_path / "d.png")
 
 
 def counted(done):

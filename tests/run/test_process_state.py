@@ -110,9 +110,9 @@ ACTS = {
     "plan": lambda folder, done: plan.plan(scene()),
     "measure": lambda folder, done: measure.straightness(done),
     "open": lambda folder, done: nrchain.Trajectory.open(done.path),
-    "draw": lambda folder, done: plots.draw_chain(done, folder / "chain.png"),
-    "draw in space": lambda folder, done: plots.draw_chain(done, folder / "a.pdf", view="3d"),
-    "draw effects": lambda folder, done: effect_plots.draw_effects(done, folder / "a.svg"),
+    "draw": lambda folder, done: plots.save_chain(done, folder / "chain.png"),
+    "draw in space": lambda folder, done: plots.save_chain(done, folder / "a.pdf", view="3d"),
+    "draw effects": lambda folder, done: effect_plots.save_effects(done, folder / "a.svg"),
 }
 
 

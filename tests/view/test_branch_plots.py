@@ -7,7 +7,7 @@ import pytest
 
 import nrchain
 from nrchain.errors import SceneError
-from nrchain.view.branch_plots import MARKERS, draw_branches
+from nrchain.view.branch_plots import MARKERS, save_branches
 
 
 @cache
@@ -23,7 +23,7 @@ def figure_of(monkeypatch, found, path):
     kept = []
     save = Figure.savefig
     monkeypatch.setattr(Figure, "savefig", lambda f, *a, **k: (kept.append(f), save(f, *a, **k)))
-    assert draw_branches(found, path) == path
+    assert save_branches(found, path) == path
     return kept[0]
 
 
@@ -48,4 +48,4 @@ def test_stability_and_special_points_are_drawn(tmp_path, monkeypatch):
 
 def test_another_ending_is_refused():
     with pytest.raises(SceneError, match="must end in one of"):
-        draw_branches(branches(), "branches.txt")
+        save_branches(branches(), "branches.txt")

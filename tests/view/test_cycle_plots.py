@@ -8,7 +8,7 @@ from nrchain.errors import SceneError
 from nrchain.states.cycles.orbit import Orbit
 from nrchain.states.varied import Line
 from nrchain.view.branch_plots import MARKERS
-from nrchain.view.cycle_plots import draw_cycles
+from nrchain.view.cycle_plots import save_cycles
 
 
 def diagram():
@@ -40,7 +40,7 @@ def test_amplitude_and_period_are_drawn_with_special_points(tmp_path, monkeypatc
 
     kept, save = [], Figure.savefig
     monkeypatch.setattr(Figure, "savefig", lambda f, *a, **k: (kept.append(f), save(f, *a, **k)))
-    assert draw_cycles(diagram(), tmp_path / "cycles.png") == tmp_path / "cycles.png"
+    assert save_cycles(diagram(), tmp_path / "cycles.png") == tmp_path / "cycles.png"
     _, periods = kept[0].axes
     solid, dashed, mark = periods.lines
     assert solid.get_xdata() == pytest.approx([1.0, 2.0, 2.5])
@@ -53,4 +53,4 @@ def test_amplitude_and_period_are_drawn_with_special_points(tmp_path, monkeypatc
 
 def test_other_formats_are_refused(tmp_path):
     with pytest.raises(SceneError):
-        draw_cycles(diagram(), tmp_path / "cycles.txt")
+        save_cycles(diagram(), tmp_path / "cycles.txt")

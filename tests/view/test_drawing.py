@@ -14,8 +14,8 @@ from matplotlib import image, style
 
 import nrchain
 from nrchain.view.drawing import UNKNOWN, letters
-from nrchain.view.effect_plots import draw_effects
-from nrchain.view.plots import draw_chain
+from nrchain.view.effect_plots import save_effects
+from nrchain.view.plots import save_chain
 
 INLINE = "module://matplotlib_inline.backend_inline"
 ABSENT = "module://nowhere_to_be_found.backend"
@@ -71,9 +71,9 @@ def trajectory(tmp_path_factory):
 
 
 DRAWN = {
-    "planes": lambda t, path: draw_chain(t, path),
-    "3d": lambda t, path: draw_chain(t, path, view="3d"),
-    "effects": lambda t, path: draw_effects(t, path),
+    "planes": lambda t, path: save_chain(t, path),
+    "3d": lambda t, path: save_chain(t, path, view="3d"),
+    "effects": lambda t, path: save_effects(t, path),
 }
 
 
@@ -183,7 +183,7 @@ import sys
 import nrchain
 trajectory = nrchain.Trajectory.open(sys.argv[1])
 try:
-    print(nrchain.plots.draw_chain(trajectory, "chain.png"))
+    print(nrchain.plots.save_chain(trajectory, "chain.png"))
 except nrchain.SceneError as error:
     print(error)
 """

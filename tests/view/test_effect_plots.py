@@ -7,7 +7,7 @@ import nrchain
 from nrchain import effect_plots
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.trajectory.trajectory import Trajectory
-from nrchain.view.effect_plots import draw_effects
+from nrchain.view.effect_plots import save_effects
 
 
 def run(**changes):
@@ -21,7 +21,7 @@ def figure_of(monkeypatch, trajectory, path):
     kept = []
     save = Figure.savefig
     monkeypatch.setattr(Figure, "savefig", lambda f, *a, **k: (kept.append(f), save(f, *a, **k)))
-    assert draw_effects(trajectory, path) == path
+    assert save_effects(trajectory, path) == path
     assert path.stat().st_size > 10_000
     return kept[0]
 
@@ -46,20 +46,20 @@ def test_every_effect_is_a_line_along_the_chain_and_over_time(tmp_path, monkeypa
 
 @pytest.mark.parametrize("ending", ["pdf", "svg"])
 def test_other_formats(tmp_path, ending):
-    assert draw_effects(run(), tmp_path / f"a.{ending}").exists()
+    assert save_effects(run(), tmp_path / f"a.{ending}").exists()
 
 
 def test_a_chain_at_rest(tmp_path):
-    assert draw_effects(run(**{"start.shape": "straight"}), tmp_path / "a.png").exists()
+    assert save_effects(run(**{"start.shape": "straight"}), tmp_path / "a.png").exists()
 
 
 def test_what_cannot_be_drawn_is_refused(tmp_path):
     trajectory = run()
     with pytest.raises(SceneError, match="must end in"):
-        draw_effects(trajectory, tmp_path / "a.doc")
+        save_effects(trajectory, tmp_path / "a.doc")
     empty = Trajectory(np.empty(0), np.empty((0, 5, 3)), np.empty((0, 5, 3, 3)), trajectory.scene)
     with pytest.raises(TrajectoryError, match="no finished snapshot"):
-        draw_effects(empty, tmp_path / "a.png")
+        save_effects(empty, tmp_path / "a.png")
 
 
 def test_long_runs_are_thinned(tmp_path, monkeypatch):

@@ -14,7 +14,7 @@ from nrchain.diagrams.plane import Axis, Plane
 from nrchain.diagrams.regions import connected
 from nrchain.diagrams.trials import PhasePoint, Trial
 from nrchain.errors import SceneError
-from nrchain.view.phase_plots import LOOKS, draw_phases
+from nrchain.view.phase_plots import LOOKS, save_phases
 
 KINDS = {(0, 0): ["straight"], (1, 0): ["buckled"], (0, 1): ["straight", "irregular"]}
 
@@ -47,7 +47,7 @@ def figure(tmp_path, monkeypatch):
     kept = []
     save = Figure.savefig
     monkeypatch.setattr(Figure, "savefig", lambda f, *a, **k: (kept.append(f), save(f, *a, **k)))
-    assert draw_phases(diagram(), tmp_path / "d.png") == tmp_path / "d.png"
+    assert save_phases(diagram(), tmp_path / "d.png") == tmp_path / "d.png"
     return kept[0]
 
 
@@ -80,4 +80,4 @@ def test_kinds_are_told_apart_in_grey():
 
 def test_other_endings_are_refused(tmp_path):
     with pytest.raises(SceneError, match="must end in one of"):
-        draw_phases(diagram(), tmp_path / "d.gif")
+        save_phases(diagram(), tmp_path / "d.gif")
