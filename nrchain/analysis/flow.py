@@ -34,7 +34,7 @@ from nrchain.motion.model import Model
 from nrchain.scene.poses import initial_poses
 from nrchain.scene.scene import Scene
 from nrchain.scene.unwrapping import unwrapped_chain
-from nrchain.trajectory.trajectory import Trajectory
+from nrchain.trajectory.trajectory import Snapshot, Trajectory
 from nrchain.wording import brief
 
 Part = Literal["slip", "forces", "torques", "background"]
@@ -78,7 +78,7 @@ class Flow:
 
 
 def flow(
-    source: Scene | Trajectory,
+    source: Scene | Trajectory | Snapshot,
     points: Any,
     *,
     frame: int = -1,
@@ -95,7 +95,7 @@ def flow(
     Parameters
     ----------
     source
-        A scene, at the poses from which it starts, or a trajectory.
+        A scene, at the poses from which it starts, a trajectory or one of its snapshots.
     points
         (..., 3), in the lab, in the unit of length of the scene.
     frame
@@ -104,8 +104,8 @@ def flow(
         Those of ``"slip"``, ``"forces"``, ``"torques"``, ``"background"`` that are summed; None:
         all.
     accuracy
-        Largest error, relative to the largest flow, of sums over 2000 spheres and points or more,
-        which a tree takes over; 0 sums directly.
+        Largest error, relative to the largest flow, of sums over 5e7 pairs of spheres and points or
+        more, which a tree takes over; 0 sums directly.
 
     Returns
     -------
@@ -188,13 +188,15 @@ def _is_unknown(effect: type[Effect], known: tuple[type[Effect], ...]) -> bool:
 
 def _poses(source: Any, frame: int) -> tuple[Scene, np.ndarray, np.ndarray]:
     """The scene and the poses of one snapshot."""
-    if isinstance(source, Scene):
+    if isinstance(source, Scene | Snapshot):
         if frame not in (-1, 0):
-            allowed = "must be 0 or −1 for a scene, which has one pose; give a trajectory"
+            allowed = "must be 0 or −1 for a scene and a snapshot, which have one pose"
             raise SceneError("frame", frame, allowed)
-        return (source, *initial_poses(source))
+        if isinstance(source, Scene):
+            return (source, *initial_poses(source))
+        return source.scene, source.positions, source.frames
     if not isinstance(source, Trajectory):
-        raise SceneError("source", source, "must be a Scene or a Trajectory")
+        raise SceneError("source", source, "must be a Scene, a Trajectory or a Snapshot")
     count = len(source.time)
     if not count:
         raise TrajectoryError("the trajectory has no finished snapshot")

@@ -37,8 +37,12 @@ CHUNK = 1 << 17
 PARALLEL_PAIRS = 100_000
 """Sums over more pairs of a point and a sphere than this run on several threads."""
 
-TREE_SPHERES, TREE_POINTS = 2000, 2000
-"""A tree sums from so many spheres and so many points on."""
+TREE_SIDE, TREE_PAIRS = 2000, 50_000_000
+"""A tree sums from so many spheres and points on, and from so many pairs of both.
+
+Measured on a crooked chain and the points of a plane through it: at an accuracy of 1e-8 the tree is
+faster beyond 2e7 pairs where everything acts, and beyond 2e8 pairs for 2s alone.
+"""
 
 FARTHEST = 1000.0
 """Largest distance of a point from the axis of a periodic chain, in periods."""
@@ -157,7 +161,8 @@ class _Sum:
         self._strain = np.ascontiguousarray(spheres.strain)
         self._parallel = self._count * points > PARALLEL_PAIRS
         self._tree: Any = None
-        if accuracy > 0.0 and self._count >= TREE_SPHERES and points >= TREE_POINTS:
+        is_large = min(self._count, points) >= TREE_SIDE and self._count * points >= TREE_PAIRS
+        if accuracy > 0.0 and is_large:
             self._tree = self._make_tree(accuracy)
 
     def _slip_sources(self, spheres: Spheres, copies: int) -> tuple[PairLaw, np.ndarray]:

@@ -88,6 +88,18 @@ RELEASES: dict[str, dict[str, ModeRoutines]] = {
 }
 """The routines of each mode, by release of PyStokes."""
 
+FLOWS = {
+    "2.3.2": {
+        "2s": Routine("flowField2s", Fraction(1), power=3),
+        "3a": Routine("flowField3a", Fraction(-96, 13), power=0),
+        "3t": Routine("flowField3t", Fraction(1, 2), power=5),
+        "4a": Routine("flowField4a", Fraction(-16, 121), power=0),
+        "force": Routine("flowField1s", Fraction(1), power=0),
+        "torque": Routine("flowField2a", Fraction(-1), power=0),
+    }
+}
+"""The methods of ``pystokes.unbounded.Flow``, which has factors of its own, by release."""
+
 PI = {"2.3.2": 3.14159265359}
 """π as written in a release: its mobilities are too small by the ratio of the true π to it."""
 
@@ -171,6 +183,37 @@ def sum_mobility(
         routine(output, centres[:, group].flatten(), causes[:, group].flatten())
         total[:, group] += output.reshape(3, size) - own[:, None] * causes[:, group]
     return total
+
+
+def flow_at(
+    label: str,
+    points: Array,
+    positions: Array,
+    axes: Array,
+    strengths: Array,
+    radius: float,
+    viscosity: float,
+) -> Array:
+    """u (M, 3) at points (M, 3), by ``pystokes.unbounded.Flow``, in the units of the closed form.
+
+    ``label`` is a mode, ``"force"`` or ``"torque"``; of these, strengths (N,) along axes (N, 3) are
+    forces and torques. Raises :class:`~nrchain.errors.BackendError` for a release of PyStokes whose
+    factors are not known.
+    """
+    version = library().__version__
+    if version not in FLOWS:
+        raise BackendError(f"PyStokes {version} has unknown factors; install {', '.join(FLOWS)}")
+    routine, is_mode = FLOWS[version][label], label not in ("force", "torque")
+    rank = RELEASES[version][label].rank if is_mode else 1
+    tensor = irreducible_tensor(rank, axes, strengths)
+    flow = library().unbounded.Flow(
+        radius=radius, particles=len(positions), viscosity=viscosity, gridpoints=len(points)
+    )
+    output = np.zeros(3 * len(points))
+    arrays = points.T.flatten(), positions.T.flatten(), tensor.flatten()
+    getattr(flow, routine.method)(output, *arrays)
+    size = radius ** (radius_power(label) - routine.power) if is_mode else 1.0
+    return output.reshape(3, -1).T * size / float(routine.ratio)
 
 
 def _groups(count: int, neighbours: int | str) -> tuple[int, list[slice]]:

@@ -107,6 +107,7 @@ def test_a_trajectory_has_the_flow_of_its_snapshots():
     first, last = (nrchain.flow(trajectory, points, frame=k).velocity for k in (0, -1))
     assert np.array_equal(first, nrchain.flow(trajectory.scene, points).velocity)
     assert np.array_equal(last, nrchain.flow(trajectory, points).velocity)
+    assert np.array_equal(last, nrchain.flow(trajectory[-1], points).velocity)
     assert not np.array_equal(first, last)
 
 
@@ -156,7 +157,7 @@ def test_an_effect_whose_flow_is_not_known_is_named():
         ({"parts": "slip"}, "must be a list"),
         ({"frame": 3}, "one pose"),
         ({"accuracy": -1.0}, "accuracy"),
-        ({"source": "buckling"}, "must be a Scene or a Trajectory"),
+        ({"source": "buckling"}, "must be a Scene, a Trajectory or a Snapshot"),
     ],
 )
 def test_bad_input_is_refused(changes, message):

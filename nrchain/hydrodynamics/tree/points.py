@@ -29,6 +29,10 @@ from nrchain.hydrodynamics.tree.passes import (
 GAP = 1.0
 """Least distance between a sphere and a far point, in radii: the point is outside the sphere."""
 
+MARGIN = 1000.0
+"""How much more accurate multipoles are than sums. Their degrees are fitted to sums at spheres, in
+which near pairs count most; points may all be far from a chain, where the flow is small."""
+
 DEPTH = 20
 """Bits of each coordinate in the order of points."""
 
@@ -58,6 +62,7 @@ class PointTree:
     ) -> None:
         own_degree = int(np.sqrt(own.shape[1])) - 1
         self._radius, self._parallel = radius, parallel
+        accuracy = accuracy / MARGIN
         self._degree = highest_degree(accuracy, own_degree)
         self._ratios = far_ratios(accuracy, self._degree, own_degree)
         self._table = tuple(coupling(self._degree))
