@@ -39,11 +39,12 @@ def brief(record: Any) -> str:
     >>> Measured(np.zeros(5), 1 / 3)
     Measured(time=array (5,), rate=0.333333)
     """
-    shown = (f"{f.name}={_brief(getattr(record, f.name))}" for f in fields(record) if f.repr)
+    shown = (f"{f.name}={brief_value(getattr(record, f.name))}" for f in fields(record) if f.repr)
     return f"{type(record).__name__}({', '.join(shown)})"
 
 
-def _brief(value: Any) -> str:
+def brief_value(value: Any) -> str:
+    """A value in at most :data:`MOST_CHARACTERS`: six digits of numbers, the shape of arrays."""
     if isinstance(value, float | complex):
         return f"{value:.6g}"
     if hasattr(value, "dtype"):

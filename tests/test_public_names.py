@@ -13,6 +13,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from support.markup import assert_plain_table
 from test_pickling import SPECIMENS
 
 import nrchain
@@ -127,6 +128,8 @@ def test_what_is_shown_of_a_result_does_not_fill_a_screen(name):
         shown = repr(one)
         assert len(shown) <= 320, shown
         assert shown.count("\n") <= 1, shown
+        if hasattr(one, "_repr_html_"):
+            assert_plain_table(one._repr_html_())
 
 
 def test_a_scene_and_a_rate_show_what_matters():

@@ -20,6 +20,7 @@ from nrchain.effects.friction import FrictionBetweenSpheres
 from nrchain.inputs.arguments import finite_array, rotations
 from nrchain.inputs.names import Named, unknown_name
 from nrchain.motion.model import Model
+from nrchain.notebook import record_html, table_html
 from nrchain.scene.loading import require_scene
 from nrchain.scene.scene import Scene
 from nrchain.scene.unwrapping import unwrapped_chain
@@ -37,6 +38,7 @@ class Contribution:
     twist: np.ndarray
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     def size(self, radius: float) -> float:
         """√⟨|v|² + a²|ω|²⟩ of its twist, over the spheres."""
@@ -61,6 +63,16 @@ class Contributions(Mapping[str, Contribution]):
 
     def __repr__(self) -> str:
         return f"<Contributions to {len(self.total.twist)} spheres: {', '.join(self.effects)}>"
+
+    def _repr_html_(self) -> str:
+        rows = []
+        for name, one in [*self.effects.items(), ("total", self.total)]:
+            largest = (
+                float(np.abs(one.twist[:, part]).max()) for part in np.split(np.arange(6), 2)
+            )
+            rows.append((name, *largest))
+        heads = ("effect", "largest velocity", "largest angular velocity")
+        return table_html(f"Contributions to {len(self.total.twist)} spheres", rows, heads)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.effects)

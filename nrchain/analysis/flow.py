@@ -31,6 +31,7 @@ from nrchain.inputs.arguments import finite_array
 from nrchain.inputs.names import did_you_mean
 from nrchain.inputs.rules import number
 from nrchain.motion.model import Model
+from nrchain.notebook import record_html
 from nrchain.scene.poses import initial_poses
 from nrchain.scene.scene import Scene
 from nrchain.scene.unwrapping import unwrapped_chain
@@ -70,6 +71,7 @@ class Flow:
     left_out: tuple[str, ...] = ()
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     @property
     def speed(self) -> np.ndarray:

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nrchain.analysis.measured_chain import NOISE, Array, links_of, positions_of, real_number
+from nrchain.notebook import record_html
 from nrchain.scene.scene import Scene
 from nrchain.trajectory.trajectory import Trajectory
 from nrchain.wording import brief
@@ -54,6 +55,7 @@ class Handedness:
     error: Array
 
     __repr__ = brief
+    _repr_html_ = record_html
 
 
 def handedness(trajectory: Trajectory, *, noise: float | None = None) -> Handedness:

@@ -17,6 +17,7 @@ from nrchain.diagrams.ledger import Result
 from nrchain.diagrams.linear import Rate, crossing
 from nrchain.diagrams.mesh import Cell, Mesh, corners
 from nrchain.diagrams.plane import Plane, Site
+from nrchain.notebook import record_html
 from nrchain.wording import brief
 
 Edge = tuple[Site, Site]
@@ -48,6 +49,7 @@ class Curve:
     frequency: np.ndarray
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Curve):

@@ -15,8 +15,9 @@ from nrchain.diagrams.plane import Axis
 from nrchain.diagrams.regions import Region
 from nrchain.diagrams.trials import PhasePoint
 from nrchain.errors import TrajectoryError
+from nrchain.notebook import table_html
 from nrchain.scene.scene import Scene
-from nrchain.wording import brief
+from nrchain.wording import brief, span
 
 COLUMNS = (
     *("x", "y", "growth", "frequency", "region", "start", "kind", "since", "period"),
@@ -66,6 +67,14 @@ class PhaseDiagram:
     is_complete: bool
 
     __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (one.kind, len(one.points), f"{100.0 * one.share:.1f} %", *map(_ends, (one.x, one.y)))
+            for one in self.regions
+        ]
+        heads = ("region", "points", "part of the plane", self.x.key, self.y.key)
+        return table_html(f"Phases of {len(self.points)} points", rows, heads)
 
     @classmethod
     def open(cls, folder: str | Path) -> Self:
@@ -124,3 +133,7 @@ class PhaseDiagram:
             writer.writeheader()
             writer.writerows(self.rows())
         return path
+
+
+def _ends(ends: tuple[float, float]) -> str:
+    return span(*(f"{value:g}" for value in ends))

@@ -11,6 +11,7 @@ from nrchain.diagrams.mesh import Mesh, corners
 from nrchain.diagrams.plane import Plane, Site
 from nrchain.diagrams.trials import PhasePoint
 from nrchain.diagrams.verification import Verification
+from nrchain.notebook import record_html
 from nrchain.wording import brief
 
 
@@ -43,6 +44,7 @@ class Region:
     verified: tuple[Verification, ...] = ()
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     @property
     def kind(self) -> str:

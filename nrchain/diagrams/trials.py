@@ -13,6 +13,7 @@ from nrchain.diagrams.linear import Length
 from nrchain.diagrams.plane import Site
 from nrchain.diagrams.starts import start_poses
 from nrchain.errors import NrchainError
+from nrchain.notebook import record_html
 from nrchain.notices import ignore
 from nrchain.outcome import Cause
 from nrchain.run.interruption import Interruption
@@ -69,6 +70,7 @@ class Trial:
     why: str
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     @classmethod
     def of(cls, start: str, length: Length, result: Result) -> Trial:
@@ -112,6 +114,7 @@ class PhasePoint:
     trials: tuple[Trial, ...]
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     @property
     def kinds(self) -> tuple[str, ...]:

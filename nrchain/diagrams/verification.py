@@ -18,6 +18,7 @@ from nrchain.diagrams.ledger import Result
 from nrchain.diagrams.linear import Length
 from nrchain.diagrams.trials import Trial, reached, simulated
 from nrchain.errors import NrchainError
+from nrchain.notebook import record_html
 from nrchain.run.interruption import Interruption
 from nrchain.scene.scene import Scene
 from nrchain.states.cycles.cycle import find_cycle
@@ -70,6 +71,7 @@ class Verification:
     why: str
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     @classmethod
     def of(cls, place: tuple[float, float], trial: Trial, result: Result) -> Verification:

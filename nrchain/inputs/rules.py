@@ -20,8 +20,9 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from typing import Annotated, Any, ClassVar, Self, get_args, get_origin, get_type_hints
 
-from nrchain.errors import NOT_GIVEN, SceneError
+from nrchain.errors import NOT_GIVEN, SceneError, shorten
 from nrchain.inputs.names import did_you_mean
+from nrchain.notebook import table_html
 
 Rule = Callable[[str, Any], Any]
 
@@ -207,6 +208,10 @@ class Section:
 
     def check(self) -> None:
         """Raise SceneError for values that do not fit together."""
+
+    def _repr_html_(self) -> str:
+        rows = [(name, shorten(value)) for name, value in self.to_mapping().items()]
+        return table_html(self.path or type(self).__name__, rows, ("key", "value"))
 
     @classmethod
     @functools.cache

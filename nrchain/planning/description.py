@@ -13,6 +13,7 @@ from nrchain.effects.strain import Strain
 from nrchain.effects.strain_size import FiniteSizeOfStrain
 from nrchain.hydrodynamics import slip_modes
 from nrchain.hydrodynamics.slip import Slip
+from nrchain.notebook import table_html
 from nrchain.planning.integrator import integrator_of
 from nrchain.planning.pair_sums import sum_over_pairs, unused_accuracy
 from nrchain.planning.regime import warnings
@@ -38,6 +39,16 @@ class Description:
     without_effect: list[Row] = field(default_factory=list)
 
     __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        headed = {
+            "simulated": self.simulated,
+            "left out": self.left_out,
+            "without effect": self.without_effect,
+        }
+        rows = [(head, *row) for head, found in headed.items() for row in found]
+        rows += [("warning", "", text) for text in self.warnings]
+        return table_html("What the scene simulates", rows, ("", "effect", "details"))
 
 
 def describe(scene: Scene) -> Description:

@@ -12,6 +12,7 @@ from typing import Any, Literal
 
 from nrchain.effects.registry import acting
 from nrchain.errors import SceneError
+from nrchain.notebook import record_html
 from nrchain.planning.flow_keys import (
     all_pair_keys,
     finite_size_sections,
@@ -37,6 +38,7 @@ class Change:
     scene: Scene
 
     __repr__ = brief
+    _repr_html_ = record_html
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,7 @@ import numpy as np
 from nrchain.effects.base import largest_velocity
 from nrchain.errors import SceneError
 from nrchain.motion.model import Model
+from nrchain.notebook import record_html
 from nrchain.planning.checked_start import starting_poses
 from nrchain.planning.counted_work import evaluation_work
 from nrchain.planning.effect_changes import Change, possible_changes
@@ -85,6 +86,7 @@ class Estimate:
     stops: str
 
     __repr__ = brief
+    _repr_html_ = record_html
 
 
 @dataclass(frozen=True)
@@ -103,6 +105,7 @@ class Estimates:
     probed: float
 
     __repr__ = brief
+    _repr_html_ = record_html
 
 
 def estimate_effects(

@@ -14,6 +14,7 @@ import numpy as np
 from nrchain.effects.shared.image_sums import takes_all
 from nrchain.geometry.near_pairs import closest_pair
 from nrchain.motion.definiteness import CutFriction, is_cut
+from nrchain.notebook import table_html
 from nrchain.planning.checked_start import starting_poses
 from nrchain.planning.pair_sums import pair_sum_errors
 from nrchain.planning.plan_line import Line
@@ -39,6 +40,11 @@ class Plan:
     warnings: list[str]
 
     __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        rows = [(line.quantity, line.value, line.meaning) for line in self.lines]
+        rows += [("warning", "", text) for text in self.warnings]
+        return table_html("Plan", rows, ("quantity", "value", "meaning"))
 
 
 def plan(scene: Scene) -> Plan:

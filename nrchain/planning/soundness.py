@@ -22,6 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nrchain.notebook import record_html
 from nrchain.planning.weaknesses import (
     FOLDS,
     Weakness,
@@ -59,6 +60,7 @@ class Judgement:
     weaknesses: tuple[Weakness, ...]
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     @property
     def sound(self) -> bool:

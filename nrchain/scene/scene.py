@@ -23,6 +23,7 @@ from typing import Annotated, Any, Literal, Self
 from nrchain.errors import SceneError, shorten
 from nrchain.inputs.names import SURE, did_you_mean, nearest
 from nrchain.inputs.rules import Section, choice, line, number, optional, section, unknown
+from nrchain.notebook import table_html
 from nrchain.scene import checks, derived
 from nrchain.scene.chain_sections import ChainSpec, ElasticitySpec, RunSpec, StartSpec
 from nrchain.scene.derived import Drag, Moduli
@@ -121,6 +122,14 @@ class Scene(Section):
         title = f" {shorten(self.title)}" if self.title else ""
         acting = ", ".join((derived.modes_text(self.slip), *self.further))
         return f"<Scene{title}: {size}, {chain.ends} ends, {acting}, to t = {self.run.end:g}>"
+
+    def _repr_html_(self) -> str:
+        rows = []
+        for name, value in self.to_mapping().items():
+            table = value if isinstance(value, dict) else {name: value}
+            prefix = f"{name}." if isinstance(value, dict) else ""
+            rows += [(f"{prefix}{key}", shorten(item)) for key, item in table.items()]
+        return table_html(self.title or "Scene", rows, ("key", "value"))
 
     def check(self) -> None:
         if self.effects == "auto":

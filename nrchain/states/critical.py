@@ -17,6 +17,7 @@ import numpy as np
 
 from nrchain.errors import SceneError
 from nrchain.inputs.rules import is_number
+from nrchain.notebook import record_html
 from nrchain.scene.loading import require_scene
 from nrchain.scene.scene import Scene
 from nrchain.states.parameters import find_parameter
@@ -60,6 +61,7 @@ class CriticalStrength:
     evaluations: int
 
     __repr__ = brief
+    _repr_html_ = record_html
 
 
 def critical_strength(

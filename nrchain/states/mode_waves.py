@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from nrchain.comoving.dense import all_modes
 from nrchain.comoving.relative import RelativeChain
 from nrchain.errors import SceneError
+from nrchain.notebook import record_html
 from nrchain.scene.scene import Scene
 from nrchain.states.search import state_near
 from nrchain.theory.dispersion import Dispersion
@@ -66,6 +67,7 @@ class ModeWaves:
     branches: NDArray[np.int64]
 
     __repr__ = brief
+    _repr_html_ = record_html
 
 
 def mode_waves(found: Dispersion) -> ModeWaves:

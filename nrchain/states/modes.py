@@ -21,6 +21,7 @@ import numpy as np
 from nrchain.comoving.bordered import Bordered
 from nrchain.comoving.dense import EPSILON
 from nrchain.comoving.relative import Point
+from nrchain.notebook import record_html
 from nrchain.wording import brief
 
 ITERATIONS = 4
@@ -74,6 +75,7 @@ class Mode:
     vectors: tuple[np.ndarray, np.ndarray] = field(repr=False)
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     @property
     def growth(self) -> float:

@@ -20,6 +20,7 @@ import numpy as np
 from nrchain.comoving.bordered import Bordered
 from nrchain.comoving.motions import Motion
 from nrchain.comoving.relative import Point, RelativeChain
+from nrchain.notebook import record_html
 from nrchain.scene.scene import Scene
 from nrchain.types import Poses
 from nrchain.wording import brief
@@ -72,6 +73,7 @@ class SteadyState:
     found: bool
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     @property
     def poses(self) -> Poses:

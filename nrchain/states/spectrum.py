@@ -19,6 +19,7 @@ from nrchain.comoving.bordered import Bordered
 from nrchain.comoving.motions import NAMES, TURN
 from nrchain.comoving.relative import Point, RelativeChain
 from nrchain.errors import SceneError
+from nrchain.notebook import record_html, table_html
 from nrchain.scene.loading import require_chosen
 from nrchain.scene.scene import Scene
 from nrchain.states import sensitivity, transient
@@ -57,6 +58,7 @@ class Neutral:
     error: float
 
     __repr__ = brief
+    _repr_html_ = record_html
 
 
 @dataclass(frozen=True)
@@ -90,6 +92,14 @@ class Spectrum:
     is_straight: bool = field(repr=False)
 
     __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (one.growth, one.frequency, one.multiplicity, f"{one.error:.1e}") for one in self.modes
+        ]
+        what = "stable" if self.is_stable else f"leading growth {self.leading.growth:.6g}"
+        title = f"Leading modes of {len(self.rates)}: {what}"
+        return table_html(title, rows, ("growth", "frequency", "modes", "error"))
 
     @property
     def leading(self) -> Mode:

@@ -17,6 +17,7 @@ from nrchain.comoving.relative import Point, RelativeChain
 from nrchain.effects.base import Effect
 from nrchain.errors import SceneError
 from nrchain.inputs.rules import is_number
+from nrchain.notebook import table_html
 from nrchain.scene.scene import Scene
 from nrchain.states.newton import SteadyState, largest_change, solve
 from nrchain.states.relaxation import relax
@@ -44,6 +45,20 @@ class State:
     spectrum: Spectrum
 
     __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        leading = self.spectrum.leading
+        rows = [
+            ("scene", repr(self.scene)),
+            ("velocity V", self.velocity.tolist()),
+            ("rotation Ω", self.rotation.tolist()),
+            ("turn about e₁", self.turn),
+            ("residual", f"{self.residual:.1e}"),
+            ("leading growth", leading.growth),
+            ("its frequency", leading.frequency),
+            ("stable", str(self.spectrum.is_stable)),
+        ]
+        return table_html("State", rows)
 
     @property
     def scene(self) -> Scene:

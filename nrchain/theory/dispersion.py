@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nrchain.errors import SceneError
 from nrchain.inputs.arguments import finite_array
+from nrchain.notebook import table_html
 from nrchain.scene.loading import require_scene
 from nrchain.scene.scene import Scene
 from nrchain.theory.eigenvalues import joined
@@ -56,6 +57,16 @@ class Dispersion:
     why: str
 
     __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        rows = []
+        for branch in Branch:
+            place = self.fastest(branch)
+            rate = self.lattice[place, branch]
+            qd = self.wavenumbers[place] * self.scene.chain.spacing
+            rows.append((branch.spoken, qd, rate.real, 0.0 - rate.imag))
+        heads = ("branch of the lattice", "qd of the largest growth", "growth", "frequency")
+        return table_html(f"Plane waves at {len(self.wavenumbers)} wavenumbers", rows, heads)
 
     def fastest(self, branch: Branch) -> int:
         """The index of the wavenumber at which a branch of the lattice grows fastest."""

@@ -30,6 +30,7 @@ from nrchain.effects.shared.elasticity import elasticity_of
 from nrchain.errors import SceneError
 from nrchain.hydrodynamics.friction import PairFriction
 from nrchain.motion.model import Model
+from nrchain.notebook import record_html
 from nrchain.potential.chain import REACH
 from nrchain.scene.loading import load_scene, require_scene
 from nrchain.scene.scene import Scene
@@ -69,6 +70,7 @@ class LineLoads:
     spin: float
 
     __repr__ = brief
+    _repr_html_ = record_html
 
 
 def line_loads(scene: Scene) -> LineLoads:

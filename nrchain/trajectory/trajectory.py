@@ -11,6 +11,7 @@ from typing import Self, SupportsIndex, overload
 import numpy as np
 
 from nrchain.inputs.names import Named
+from nrchain.notebook import table_html
 from nrchain.outcome import Cause
 from nrchain.planning.choice import Choice
 from nrchain.scene.scene import Scene
@@ -58,6 +59,10 @@ class Snapshot:
     def __repr__(self) -> str:
         particles = self.scene.chain.particles
         return f"<Snapshot {self.index} at t = {self.time:.6g}: {particles} spheres>"
+
+    def _repr_html_(self) -> str:
+        rows = [("t", self.time), ("scene", repr(self.scene)), ("file", str(self.path or "none"))]
+        return table_html(f"Snapshot {self.index}", rows)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -197,6 +202,20 @@ class Trajectory:
             return None
         with open_file(self.path, "r") as file, damage_errors(self.path):
             return latest_checkpoint(file, self.scene.chain.particles)
+
+    def _repr_html_(self) -> str:
+        times = f"{self.time[0]:.6g} to {self.time[-1]:.6g}" if len(self) else "none finished"
+        rows: list[tuple[str, object]] = [
+            ("scene", repr(self.scene)),
+            ("status", ": ".join(filter(None, (self.status, self.reason)))),
+            ("snapshots", len(self)),
+            ("t", times),
+            *((name, value) for name, value in self.counters.items() if value),
+            ("file", str(self.path or "none")),
+        ]
+        if self.cause is not None:
+            rows.append(("advice", self.advice))
+        return table_html("Trajectory", rows)
 
     def __repr__(self) -> str:
         reached = f"to t = {self.time[-1]:.6g}" if len(self.time) else "none finished"

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from nrchain.accuracy.cost.settings import LIMITS, Axis, Changes
 from nrchain.accuracy.timing import Measured
 from nrchain.errors import SceneError
+from nrchain.notebook import record_html, table_html
 from nrchain.run.work import (
     DEFINITION,
     FEWEST_STEPS,
@@ -36,6 +37,7 @@ class Point:
     measured: Measured
 
     __repr__ = brief
+    _repr_html_ = record_html
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,7 @@ class Advice:
     sure: list[str]
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     def lines(self) -> list[str]:
         """Error and processor time in words, and how well both are known."""
@@ -109,6 +112,15 @@ class WorkPrecision:
     skipped: list[str] = field(default_factory=list)
 
     __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (one.axis, one.setting, one.measured.error, *one.measured.work, one.measured.median)
+            for one in self.points
+        ]
+        counts = ("steps", "right-hand sides", "Jacobians", "solves")
+        heads = ("", "setting", "error", *counts, "processor time (s)")
+        return table_html(f"Error against work, up to t = {self.reached:.6g}", rows, heads)
 
     @property
     def part(self) -> float:

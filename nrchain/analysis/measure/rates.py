@@ -12,6 +12,7 @@ from nrchain.analysis.measure.line_fit import FEWEST, Estimate, first_snapshot, 
 from nrchain.analysis.measure.waves import Wave
 from nrchain.analysis.measured_chain import MeasurementError, real_number
 from nrchain.errors import shorten
+from nrchain.notebook import table_html
 from nrchain.wording import span
 
 LARGEST_MISFIT = 0.3
@@ -43,6 +44,17 @@ class Rate:
             f"<Rate Λ = ({self.growth}) + i ({self.frequency}) at q = {self.wavenumber:.6g}, "
             f"t = {self.start:g} to {self.end:g}, misfit {self.misfit:.2g}>"
         )
+
+    def _repr_html_(self) -> str:
+        rows = [
+            ("growth", str(self.growth)),
+            ("frequency", str(self.frequency)),
+            ("phase velocity", str(self.phase_velocity)),
+            ("wavenumber q", self.wavenumber),
+            ("times", f"{self.start:g} to {self.end:g}"),
+            ("misfit", f"{self.misfit:.2g}"),
+        ]
+        return table_html("Rate of a wave", rows)
 
     @property
     def value(self) -> complex:

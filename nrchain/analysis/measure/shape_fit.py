@@ -19,6 +19,7 @@ from nrchain.analysis.measured_chain import (
     real_number,
     require_trajectory,
 )
+from nrchain.notebook import record_html
 from nrchain.trajectory.trajectory import Trajectory
 from nrchain.wording import brief
 
@@ -36,6 +37,7 @@ class ShapeFit:
     misfit: float
 
     __repr__ = brief
+    _repr_html_ = record_html
 
 
 def fit_shape(

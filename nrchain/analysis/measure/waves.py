@@ -18,6 +18,7 @@ from nrchain.analysis.measured_chain import (
     require_trajectory,
 )
 from nrchain.errors import shorten
+from nrchain.notebook import record_html
 from nrchain.trajectory.trajectory import Trajectory
 from nrchain.wording import brief
 
@@ -54,6 +55,7 @@ class Wave:
     noise: Array | float = 0.0
 
     __repr__ = brief
+    _repr_html_ = record_html
 
 
 def wave(

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from nrchain.notebook import record_html
 from nrchain.scene.scene import Scene
 from nrchain.states.branches.curve import Direction
 from nrchain.states.branches.events import Event
@@ -69,6 +70,7 @@ class SpecialPoint:
     frames: np.ndarray
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     @property
     def poses(self) -> Poses:
@@ -126,6 +128,7 @@ class StateBranch:
     leaves: Direction = field(repr=False)
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     def __len__(self) -> int:
         return len(self.values)

@@ -14,6 +14,7 @@ import numpy as np
 
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.inputs.rules import number, whole
+from nrchain.notebook import table_html
 from nrchain.progress import Shown, updates
 from nrchain.run.folders import new_folder
 from nrchain.run.interruption import Interruption, deferred
@@ -62,6 +63,15 @@ class BranchDiagram:
     branches: tuple[StateBranch, ...]
 
     __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        rows = []
+        for place, one in enumerate(self.branches):
+            ends = one.values[0], one.values[-1]
+            rows.append((str(place), *ends, len(one), int(one.is_stable.sum()), one.reason))
+        key = self.line.key
+        heads = ("branch", f"{key} from", "to", "states", "stable", "ends: why")
+        return table_html("Branches of states", rows, heads)
 
     @property
     def special(self) -> tuple[SpecialPoint, ...]:

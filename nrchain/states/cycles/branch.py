@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from nrchain.comoving.relative import RelativeChain
+from nrchain.notebook import record_html
 from nrchain.states.cycles.cycle import MODES, TOLERANCE, Cycle, cycle_near
 from nrchain.states.cycles.orbit import Orbit
 from nrchain.states.varied import Line
@@ -46,6 +47,7 @@ class SpecialCycle:
     orbit: Orbit = field(repr=False)
 
     __repr__ = brief
+    _repr_html_ = record_html
 
 
 @dataclass(frozen=True)
@@ -85,6 +87,7 @@ class CycleBranch:
     orbits: tuple[Orbit, ...] = field(repr=False)
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     def __len__(self) -> int:
         return len(self.values)

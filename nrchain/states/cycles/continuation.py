@@ -11,6 +11,7 @@ import numpy as np
 
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.inputs.rules import number, whole
+from nrchain.notebook import table_html
 from nrchain.run.folders import new_folder
 from nrchain.run.interruption import Interruption, deferred
 from nrchain.scene.scene import Scene
@@ -54,6 +55,23 @@ class CycleDiagram:
     branches: tuple[CycleBranch, ...]
 
     __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        rows = []
+        for place, one in enumerate(self.branches):
+            ends = one.values[0], one.values[-1]
+            rows.append(
+                (
+                    str(place),
+                    *ends,
+                    len(one),
+                    int(one.is_stable.sum()),
+                    "; ".join(filter(None, one.reasons)),
+                )
+            )
+        key = self.line.key
+        heads = ("cycles", f"{key} from", "to", "number", "stable", "ends: why")
+        return table_html("Branches of cycles", rows, heads)
 
     @property
     def special(self) -> tuple[SpecialCycle, ...]:

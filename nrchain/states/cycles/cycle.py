@@ -10,6 +10,7 @@ import numpy as np
 from nrchain.comoving.relative import RelativeChain
 from nrchain.errors import SceneError
 from nrchain.inputs.rules import is_number
+from nrchain.notebook import record_html
 from nrchain.scene.scene import Scene
 from nrchain.states.cycles.carrying import carry, is_half_turned, is_turned, twice
 from nrchain.states.cycles.charts import chart
@@ -85,6 +86,7 @@ class Cycle:
     orbit: Orbit = field(repr=False)
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     @property
     def is_stable(self) -> bool:

@@ -15,6 +15,7 @@ import numpy as np
 
 from nrchain.comoving.motions import NAMES, TURN
 from nrchain.effects.base import cross_matrix
+from nrchain.notebook import record_html
 from nrchain.states.cycles.system import Condensed
 from nrchain.wording import brief
 
@@ -39,6 +40,7 @@ class Trivial:
     distances: np.ndarray
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     @property
     def error(self) -> float:

@@ -24,6 +24,7 @@ import numpy as np
 
 from nrchain.errors import SceneError
 from nrchain.inputs.rules import choice
+from nrchain.notebook import record_html, table_html
 from nrchain.scene.scene import Scene
 from nrchain.theory.rod.constants import Constants
 from nrchain.theory.rod.linear_response import (
@@ -72,6 +73,16 @@ class Moduli:
     stress: Stress
 
     __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        if not self.symmetry.isotropic:
+            return record_html(self)
+        columns = (self.active.symbols(), self.elastic.symbols(), self.error.symbol_bounds())
+        rows = [
+            (symbol, *(float(column[symbol]) for column in columns))
+            for symbol in self.symmetry.symbols()
+        ]
+        return table_html("Moduli", rows, ("constant", "slip", "elasticity", "± error"))
 
     @property
     def total(self) -> Constants:

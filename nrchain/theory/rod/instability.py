@@ -24,6 +24,7 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 
 from nrchain.errors import SceneError
+from nrchain.notebook import record_html
 from nrchain.theory.eigenvalues import follow
 from nrchain.theory.lattice import Frame
 from nrchain.theory.rod.material import Material
@@ -95,6 +96,7 @@ class Instability:
     apart: tuple[float, float] = (math.nan, math.nan)
 
     __repr__ = brief
+    _repr_html_ = record_html
 
 
 def rod_instability(

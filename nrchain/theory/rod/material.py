@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 from nrchain.errors import SceneError
 from nrchain.inputs.arguments import finite_array
 from nrchain.inputs.rules import is_number
+from nrchain.notebook import record_html
 from nrchain.scene.scene import Scene
 from nrchain.theory.rod.coarse_graining import Stress, moduli
 from nrchain.theory.rod.constants import Constants
@@ -58,6 +59,7 @@ class Material:
     error: Constants = field(default_factory=Constants.of)
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     @classmethod
     def of(cls, scene: Scene, stress: Stress = "linear", wavenumber: float | None = None) -> Self:

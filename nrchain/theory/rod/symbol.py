@@ -34,6 +34,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nrchain.errors import SceneError
 from nrchain.inputs.rules import choice
+from nrchain.notebook import record_html
 from nrchain.theory.lattice import Frame
 from nrchain.theory.rod.constants import TURN, Constants, cross
 from nrchain.theory.rod.material import Material
@@ -59,6 +60,7 @@ class Symbol:
     drag: np.ndarray
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     def __post_init__(self) -> None:
         for name in ("wrench", "drag"):

@@ -21,6 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from nrchain.notebook import record_html
 from nrchain.theory.rod.constants import SYMBOLS, Constants
 from nrchain.wording import brief
 
@@ -121,6 +122,7 @@ class Symmetry:
     operations: tuple[Matrix, ...]
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     @property
     def apolar(self) -> bool:

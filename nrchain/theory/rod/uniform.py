@@ -29,6 +29,7 @@ from numpy.typing import ArrayLike
 
 from nrchain.errors import SceneError
 from nrchain.inputs.arguments import finite_array
+from nrchain.notebook import record_html
 from nrchain.scene.loading import require_scene
 from nrchain.scene.scene import Scene
 from nrchain.theory.rod.constants import Constants
@@ -64,6 +65,7 @@ class Response:
     source_error: np.ndarray
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     @property
     def stress(self) -> np.ndarray:

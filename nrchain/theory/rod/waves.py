@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nrchain.inputs.arguments import finite_array
+from nrchain.notebook import record_html
 from nrchain.theory.eigenvalues import follow, matched_eigenvalues, two_branches
 from nrchain.theory.lattice import Branch, Frame
 from nrchain.theory.rod.material import Material
@@ -62,6 +63,7 @@ class Waves:
     branches: tuple[Branch, ...]
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     @property
     def growth(self) -> NDArray[np.float64]:

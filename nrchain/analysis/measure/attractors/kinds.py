@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from nrchain.inputs.names import Named
+from nrchain.notebook import record_html
 from nrchain.wording import brief
 
 
@@ -66,6 +67,7 @@ class Attractor:
     confidence: str = ""
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "numbers", Named(self.numbers))

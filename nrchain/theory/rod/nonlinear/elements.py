@@ -16,6 +16,7 @@ from typing import Self
 import numpy as np
 from numpy.polynomial import legendre
 
+from nrchain.notebook import record_html
 from nrchain.wording import brief
 
 
@@ -48,6 +49,7 @@ class Elements:
     slopes: np.ndarray
 
     __repr__ = brief
+    _repr_html_ = record_html
 
     @classmethod
     def of(cls, length: float, count: int, degree: int, closed: bool) -> Self:

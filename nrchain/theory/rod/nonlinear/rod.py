@@ -14,6 +14,7 @@ from nrchain.inputs.rules import choice
 from nrchain.motion.charts import ChartedChain
 from nrchain.motion.integrators.base import IntegrationError
 from nrchain.motion.integrators.radau import Radau
+from nrchain.notebook import record_html
 from nrchain.scene.chain_sections import Ends
 from nrchain.theory.rod.helix import Helix
 from nrchain.theory.rod.material import Material
@@ -54,6 +55,7 @@ class Motion:
     jacobians: int
 
     __repr__ = brief
+    _repr_html_ = record_html
 
 
 class CosseratRod:
