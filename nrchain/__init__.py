@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         TrajectoryError,
         UnknownNameError,
     )
+    from nrchain.exchange.export import export
     from nrchain.hydrodynamics import slip_modes
     from nrchain.hydrodynamics.slip import Slip
     from nrchain.hydrodynamics.slip_mode import SlipMode
@@ -103,6 +104,7 @@ _MODULE_OF = {
     "OneBodyEffect": "nrchain.effects.base",
     "register_effect": "nrchain.effects.registry",
     "unregister_effect": "nrchain.effects.registry",
+    "export": "nrchain.exchange.export",
     "BackendError": "nrchain.errors",
     "NrchainError": "nrchain.errors",
     "SceneError": "nrchain.errors",
@@ -209,6 +211,7 @@ __all__ = [
     "elastic_energy",
     "elastic_wrenches",
     "estimate",
+    "export",
     "find_cycle",
     "find_state",
     "flow",

@@ -37,6 +37,9 @@ GENERIC = {
     "key=value": "slip.2s=1",
     "SECONDS]": "1",
     "KEY=LOW:HIGH": "slip.2s=0:1",
+    "PATH[:FRAME]]": "runs/mine:2",
+    "TIME]": "40",
+    "FILE": "run.gsd",
 }
 """What stands in a usage line of a command, and a value for it."""
 

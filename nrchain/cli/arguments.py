@@ -13,6 +13,7 @@ from nrchain.cli.terminal import note, warn
 from nrchain.errors import TrajectoryError
 
 if TYPE_CHECKING:
+    from nrchain.exchange.start import StartingFrame
     from nrchain.planning.choice import Choice
     from nrchain.scene.scene import Scene
 
@@ -43,8 +44,10 @@ def picture_option(default: str) -> Any:
     return typer.Option("-o", "--output", help=help_text, show_default=default)
 
 
-def load(name: str, changes: Sequence[str] | None) -> tuple[Scene, Choice | None]:
-    """The scene with the changes of ``--set``.
+def load(
+    name: str, changes: Sequence[str] | None, start: StartingFrame | None = None
+) -> tuple[Scene, Choice | None]:
+    """The scene with the changes of ``--set``, at the start of ``--from``.
 
     Where it has ``effects = "auto"``, choose its effects and print the choice.
     """
@@ -52,6 +55,10 @@ def load(name: str, changes: Sequence[str] | None) -> tuple[Scene, Choice | None
     from nrchain.scene.toml import parse_assignment
 
     scene = load_scene(name, **dict(parse_assignment(change) for change in changes or ()))
+    if start is not None:
+        from nrchain.exchange.start import scene_at
+
+        scene = scene_at(start, scene)
     if scene.effects != "auto":
         return scene, None
     from nrchain.planning.auto import choose
@@ -78,3 +85,11 @@ def find_run(given: Path) -> Path:
     if not given.exists() and nearby.exists():
         raise TrajectoryError(f"{given}: there is no such trajectory; did you mean {nearby}?")
     return given
+
+
+def find_start(place: str) -> StartingFrame:
+    """The frame that ``PATH[:FRAME]`` names."""
+    from nrchain.exchange.start import read_start, split_frame
+
+    find_run(split_frame(place)[0])
+    return read_start(place)

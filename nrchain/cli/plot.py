@@ -19,6 +19,7 @@ from nrchain.cli.summary import (
     check_absent,
     picture_beside,
 )
+from nrchain.cli.terminal import note
 from nrchain.errors import SceneError
 
 
@@ -97,6 +98,8 @@ def plot(
     if of_effects:
         _refuse_beside_effects(asked)
     trajectory = Trajectory.open(find_run(directory))
+    if trajectory.provenance:
+        note(f"the run started {trajectory.provenance.line}")
     if output is not None and not overwrite:
         check_absent(output)
     if of_effects:

@@ -16,7 +16,7 @@ from nrchain.cli.terminal import note
 
 @examples(
     "nrchain resume runs/buckling",
-    "nrchain resume runs/mine --unwatched",
+    "nrchain resume runs/mine --until 2000",
 )
 @one_line_errors()
 def resume(
@@ -29,15 +29,24 @@ def resume(
             "the run is lost.",
         ),
     ] = False,
+    until: Annotated[
+        float | None,
+        typer.Option(
+            metavar="TIME",
+            help="Give the run a later end, in units of time: a multiple of the interval between "
+            "its snapshots. A complete run goes on.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
-    """Continue a run that was interrupted, killed or stopped by a budget."""
+    """Continue a run that was interrupted, killed or stopped by a budget, or extend it."""
     from nrchain.run.simulation import resume as continue_run
     from nrchain.trajectory.trajectory import Trajectory
 
     place = find_run(directory)
     kept = Trajectory.open(place)
-    if kept.status == "completed":
+    if kept.status == "completed" and until is None:
         note(f"{kept.path} is complete; there is nothing to resume")
     with progress_bar(place) as progress, report_warnings():
-        trajectory = continue_run(place, unwatched=unwatched, progress=progress)
+        trajectory = continue_run(place, unwatched=unwatched, until=until, progress=progress)
     finish(trajectory)

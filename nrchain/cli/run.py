@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from nrchain.cli.arguments import RUNS, Changes, SceneName, load, report_risks
+from nrchain.cli.arguments import RUNS, Changes, SceneName, find_start, load, report_risks
 from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show_if_possible
 from nrchain.cli.garbage import no_collection
@@ -19,6 +19,7 @@ from nrchain.cli.summary import finish
 @examples(
     "nrchain run buckling",
     "nrchain run mine.toml --set slip.2s=50 --set run.end=500 -o runs/soft",
+    "nrchain run mine.toml --from runs/soft:50 -o runs/on",
 )
 @one_line_errors()
 def run(
@@ -33,6 +34,16 @@ def run(
         ),
     ] = None,
     changes: Changes = None,
+    start: Annotated[
+        str | None,
+        typer.Option(
+            "--from",
+            metavar="PATH[:FRAME]",
+            help="Start from the last snapshot of a run, or of a file that ends in "
+            ".gsd, .xyz, .pvd, .vtp, .npz or .nc; or from the snapshot of that number.",
+            show_default=False,
+        ),
+    ] = None,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace an existing result.")
     ] = False,
@@ -52,7 +63,8 @@ def run(
 
     place = output or RUNS / Path(scene).stem
     folder, file = output_file(place, overwrite)
-    loaded, choice = load(scene, [*(changes or ()), *["run.verify=true"] * verify])
+    source = None if start is None else find_start(start)
+    loaded, choice = load(scene, [*(changes or ()), *["run.verify=true"] * verify], source)
     with no_collection():
         # an integrator imports its library when it is looked up
         find_integrator(integrator_of(loaded))
@@ -66,6 +78,11 @@ def run(
         report_warnings(known=risks),
     ):
         trajectory = simulate(
-            loaded, output=file, overwrite=overwrite, progress=progress, choice=choice
+            loaded,
+            output=file,
+            overwrite=overwrite,
+            progress=progress,
+            choice=choice,
+            start=source,
         )
     finish(trajectory)

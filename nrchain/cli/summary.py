@@ -34,6 +34,8 @@ def finish(trajectory: Trajectory) -> None:
         show_if_possible(f"complete    {trajectory.reason}", soft_wrap=True)
     if trajectory.status == "completed":
         show_if_possible(f"attractor   {_attractor(trajectory)}", soft_wrap=True)
+    if trajectory.provenance:
+        show_if_possible(f"start       {trajectory.provenance.line}", soft_wrap=True)
     if trajectory.path:
         show_if_possible(f"trajectory  {trajectory.path}", soft_wrap=True)
     if picture:

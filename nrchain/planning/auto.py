@@ -73,6 +73,18 @@ def choose(
     return chosen, replace(choice, end=scene.run.end, sets=tuple(sets))
 
 
+def choose_again(scene: Scene, choice: Choice) -> tuple[Scene, Choice]:
+    """What the choice of a run would be with the end that its scene has now.
+
+    ``scene`` has the effects that were chosen. Returns the scene with those that its present end
+    asks for, and their choice.
+    """
+    chosen, again = _chosen(
+        choice.tolerance, full_scene(scene), starting_poses(scene), PROBE_BUDGET
+    )
+    return chosen, replace(again, end=scene.run.end, sets=choice.sets)
+
+
 def _chosen(tolerance: float, full: Scene, begin: Poses, budget: float) -> tuple[Scene, Choice]:
     others = list(_subsets(full))
     if not others:

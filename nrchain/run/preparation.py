@@ -33,6 +33,7 @@ from nrchain.run.watches import Watches
 from nrchain.scene.chain_sections import LEAST_TOLERANCE
 from nrchain.scene.scene import Scene
 from nrchain.trajectory.checkpoint import Checkpoint
+from nrchain.trajectory.provenance import FROM_SCENE, Provenance, array_step
 from nrchain.trajectory.recorder import Recorder
 from nrchain.types import Poses
 from nrchain.watch.friction import FrictionWatch
@@ -67,6 +68,8 @@ class Start:
         Steps of an earlier run that this one repeats, at most.
     earlier
         The snapshots before the checkpoint.
+    provenance
+        Where the poses came from, if not from the scene.
     """
 
     scene: Scene
@@ -76,6 +79,7 @@ class Start:
     warned_of_straight: bool = False
     repeated_steps: float = 0
     earlier: Snapshots | None = None
+    provenance: Provenance = FROM_SCENE
 
 
 def check_start(
@@ -83,14 +87,18 @@ def check_start(
     positions: np.ndarray | None = None,
     frames: np.ndarray | None = None,
     choice: Choice | None = None,
+    provenance: Provenance | None = None,
 ) -> Start:
     """The start of a scene, at its own poses or at those given; effects are chosen if it says so.
+
+    ``provenance`` says where given poses come from.
 
     Raises :class:`~nrchain.errors.SceneError` for a start that cannot be simulated.
     """
     poses = starting_poses(scene, positions, frames)
     if positions is not None or frames is not None:
         scene = with_start(scene, *poses)
+        provenance = provenance or FROM_SCENE.then(array_step(*poses))
     if scene.effects == "auto":
         from nrchain.planning.auto import choose
 
@@ -99,7 +107,8 @@ def check_start(
     # where effects were chosen, what they leave out is bounded
     held = stokeslet_warning(scene, *poses) if choice is None else ""
     warnings = tuple(filter(None, (straight, held)))
-    return Start(scene, poses, choice, warnings, warned_of_straight=bool(straight))
+    known = provenance or FROM_SCENE
+    return Start(scene, poses, choice, warnings, bool(straight), provenance=known)
 
 
 def prepare(

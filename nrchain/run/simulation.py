@@ -9,12 +9,15 @@ from pathlib import Path
 
 import numpy as np
 
+from nrchain.errors import SceneError
+from nrchain.exchange.start import StartingFrame, StartLike, starting_frame
 from nrchain.notices import Report, warn
 from nrchain.outcome import Settled, Stop
 from nrchain.planning.choice import Choice
 from nrchain.progress import updates
 from nrchain.run.folders import new_folder
 from nrchain.run.interruption import Interruption, deferred
+from nrchain.run.later_end import extend
 from nrchain.run.output import output_file
 from nrchain.run.preparation import Start, check_start, prepare
 from nrchain.run.recording import Progress, snapshot_times
@@ -36,6 +39,7 @@ def simulate(
     positions: np.ndarray | None = None,
     frames: np.ndarray | None = None,
     choice: Choice | None = None,
+    start: StartLike | None = None,
 ) -> Trajectory:
     """Integrate v = F/γ_T + Σu, ω = T/γ_R + Σw from the start of a scene to its end.
 
@@ -59,6 +63,12 @@ def simulate(
     choice
         What the effects of the scene leave out, as :func:`nrchain.auto.choose` found it: kept
         beside the scene, and watched. A scene with ``effects = "auto"`` makes its own.
+    start
+        What to start from in place of the scene's start: a snapshot, a trajectory (its last
+        snapshot), ``(positions, frames)``, or the path of a run or of an exported file, also with
+        the number of a snapshot, ``"runs/mine:50"`` or ``"mine.gsd:-1"``. The time starts at 0
+        again. The trajectory's ``provenance``, and its file, say what it started from. See
+        :func:`nrchain.export`.
 
     Returns
     -------
@@ -89,13 +99,19 @@ def simulate(
     """
     # a path that is taken is refused before any time is spent
     place = None if output is None else output_file(output, overwrite)
-    start = check_start(scene, positions, frames, choice)
+    if start is None:
+        begin = check_start(scene, positions, frames, choice)
+    elif positions is None and frames is None:
+        begin = _start_from(starting_frame(start, scene), scene, choice)
+    else:
+        allowed = "takes the place of positions and frames; remove one or the other"
+        raise SceneError("start", start, allowed)
     with updates(progress, Progress.shown) as update:
         if place is None:
-            return simulate_in_memory(start, update)
+            return simulate_in_memory(begin, update)
         folder, path = place
         with new_folder(folder) if folder else nullcontext():
-            return simulate_to_file(start, path, overwrite=overwrite, progress=update)
+            return simulate_to_file(begin, path, overwrite=overwrite, progress=update)
 
 
 def simulate_in_memory(
@@ -112,7 +128,8 @@ def simulate_in_memory(
     memory = MemoryRecorder(start.scene)
     with _stopped_by(interruption) as interruption:
         stop = _run(start, memory, progress, interruption, report)
-    return replace(memory.trajectory(start.scene, stop), choice=start.choice)
+    done = memory.trajectory(start.scene, stop)
+    return replace(done, choice=start.choice, provenance=start.provenance)
 
 
 def simulate_to_file(
@@ -130,7 +147,12 @@ def simulate_to_file(
     with (
         _stopped_by(interruption) as interruption,
         TrajectoryWriter(
-            path, start.scene, times, overwrite=overwrite, choice=start.choice
+            path,
+            start.scene,
+            times,
+            overwrite=overwrite,
+            choice=start.choice,
+            provenance=start.provenance,
         ) as writer,
     ):
         return _finish(writer, _run(start, writer, progress, interruption, report))
@@ -140,6 +162,7 @@ def resume(
     path: str | Path,
     *,
     unwatched: bool = False,
+    until: float | None = None,
     progress: bool | Callable[[Progress], None] | None = None,
 ) -> Trajectory:
     """Continue a run that was killed, interrupted or stopped, from its last checkpoint to its end.
@@ -147,21 +170,31 @@ def resume(
     The result is that of the uninterrupted run, bit for bit. A run that is complete is returned
     as it is. The budget of the scene holds for what is new.
 
+    ``until`` gives the run a later end, also if it is complete: a whole number of the intervals
+    between its snapshots. Its file then has that end in its scene, and the one before in its
+    provenance. It repeats the steps since its last checkpoint, 2000 at most. With ``radau`` the
+    result is that of a run with the later end, bit for bit at times that are the same numbers,
+    unless the chain hardly moves where it restarts. The first step of ``cvode`` after a restart
+    depends on the end: the results differ within the tolerance.
+
     ``progress`` is that of :func:`simulate`.
 
     A run keeps its effects to its end. One that stopped because of what ``effects = "auto"`` left
     out continues only with ``unwatched``: from there on no bound holds, and its ``choice`` says so.
 
     Raises :class:`~nrchain.errors.TrajectoryError` for a file that cannot be continued, and for a
-    run that stopped because of what was left out, without ``unwatched``.
+    run that stopped because of what was left out, without ``unwatched``, and
+    :class:`~nrchain.errors.SceneError` for an end that is not later.
     """
     done = Trajectory.open(path)
-    if done.status == "completed":
+    if done.status == "completed" and until is None:
         return done
     with lock_existing(locate(path)) as lock:
         # what it holds now that nobody else writes to it
         done = Trajectory.open(path)
         start = start_from_checkpoint(done, unwatched)
+        if until is not None:
+            start = start_from_checkpoint(extend(done, until), unwatched)
         assert done.path is not None
         with (
             updates(progress, Progress.shown) as update,
@@ -169,6 +202,14 @@ def resume(
             TrajectoryWriter.reopen(done.path, lock, start.choice) as writer,
         ):
             return _finish(writer, _run(start, writer, update, interruption))
+
+
+def _start_from(source: StartingFrame, scene: Scene, choice: Choice | None) -> Start:
+    """The checked start of a scene at the poses of a source, which errors name."""
+    try:
+        return check_start(scene, source.positions, source.frames, choice, source.provenance)
+    except SceneError as error:
+        raise source.refusal(error) from error
 
 
 def _stopped_by(interruption: Interruption | None) -> AbstractContextManager[Interruption]:

@@ -6,6 +6,9 @@
 - ``file``: the file on the disk: create it, lock it, open it
 - ``layout``: names and meanings of all that is in a file
 - ``new_file``: makes the file of a run, with room for all its snapshots
+- ``extension``: makes the file of a run anew, with a later end
+- ``provenance``: what a run started from, step by step
+- ``labelled``: a trajectory as a labelled dataset
 - ``snapshots``: the snapshots in a file, which grow one by one
 - ``checkpoint``: where a run can be resumed, and what it counts
 - ``reader``: the fields of a trajectory, from its file

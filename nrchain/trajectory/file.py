@@ -35,7 +35,13 @@ def locate(path: str | Path) -> Path:
 
 
 def create(
-    path: Path, scene: Scene, times: np.ndarray, choice: str = "", *, overwrite: bool = False
+    path: Path,
+    scene: Scene,
+    times: np.ndarray,
+    choice: str = "",
+    provenance: str = "",
+    *,
+    overwrite: bool = False,
 ) -> WriteLock:
     """Create the file of a run of ``scene`` with snapshots at ``times (T,)``, none finished yet.
 
@@ -47,19 +53,15 @@ def create(
     :class:`~nrchain.errors.TrajectoryError` for a file that exists or cannot be made.
     """
     refuse_existing(path, overwrite)
-    with file_errors(path, "cannot be created"):
-        target = Path(os.path.realpath(path))
-        free = shutil.disk_usage(target.parent).free
-    free -= CHECKPOINT_POSES * pose_bytes(scene)
-    refuse_snapshots(scene, free, f"free in {target.parent}", len(times))
+    target = refuse_full_disk(path, scene, len(times))
     with file_errors(path, "cannot be created"):
         partial = target.with_name(target.name + ".partial")
         lock = WriteLock(path)
         try:
             # another run may have finished just before this one got the lock
             refuse_existing(path, overwrite)
-            with _protected(path):
-                write_new_file(partial, scene, times, choice, target)
+            with protected(path):
+                write_new_file(partial, scene, times, choice, target, provenance)
                 os.replace(partial, target)
         except BaseException:
             partial.unlink(missing_ok=True)
@@ -76,7 +78,17 @@ def refuse_existing(path: Path, overwrite: bool) -> None:
         )
 
 
-def _protected(path: Path) -> AbstractContextManager[object]:
+def refuse_full_disk(path: Path, scene: Scene, snapshots: int) -> Path:
+    """Raise if the disk has no room for so many snapshots; return the real path of the file."""
+    with file_errors(path, "cannot be created"):
+        target = Path(os.path.realpath(path))
+        free = shutil.disk_usage(target.parent).free
+    free -= CHECKPOINT_POSES * pose_bytes(scene)
+    refuse_snapshots(scene, free, f"free in {target.parent}", snapshots)
+    return target
+
+
+def protected(path: Path) -> AbstractContextManager[object]:
     """Hold a file that is to be replaced. Raises if somebody writes to it or it is read-only."""
     try:
         return DataFile(path)

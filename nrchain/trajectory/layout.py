@@ -8,8 +8,9 @@
                                    (T,) and the same time and step
     /parameters                    scene (its TOML text), effects that act, versions (of the
                                    packages that ran it), choice (JSON: the effects that
-                                   effects = "auto" left out), and start, where the scene is given
-                                   poses: position (N, 3), frame (N, 3, 3)
+                                   effects = "auto" left out), provenance (JSON: what the run
+                                   started from, how it was extended), and start, where the scene
+                                   is given poses: position (N, 3), frame (N, 3, 3)
     /nrchain                       layout, units, the name of the file, times asked for, the number
                                    of finished snapshots, counters, status, cause, reason, two
                                    checkpoints
@@ -42,6 +43,7 @@ STARTS = {"positions": "parameters/start/position", "frames": "parameters/start/
 
 CHOICE = "parameters/choice"
 EFFECTS = "parameters/effects"
+PROVENANCE = "parameters/provenance"
 VERSIONS = "parameters/versions"
 CHOICE_ROOM = 64
 """Bytes by which a choice may grow when a run is resumed: the time to which it was watched."""

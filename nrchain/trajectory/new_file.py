@@ -43,6 +43,7 @@ from nrchain.trajectory.layout import (
     OURS,
     PLANNED,
     POSITION,
+    PROVENANCE,
     REASON,
     REASON_BYTES,
     SCENE,
@@ -63,17 +64,19 @@ BLOCK_BYTES = 2**20
 _RECORDED = ("numpy", "scipy", "numba", "scikit-sundae", "pystokes", "h5py")
 
 
-def write_new_file(path: Path, scene: Scene, times: np.ndarray, choice: str, name: Path) -> None:
+def write_new_file(
+    path: Path, scene: Scene, times: np.ndarray, choice: str, name: Path, provenance: str = ""
+) -> None:
     """Write the file of a run with snapshots at ``times (T,)``, none of them finished.
 
-    ``name`` is the final name of the file.
+    ``name`` is the final name of the file; ``choice`` and ``provenance`` are JSON, or empty.
     """
     import h5py
 
     # the first opening sets the version of the superblock, the second that of all else
     h5py.File(path, "w", libver=("v108", "v110"), locking=False).close()
     with h5py.File(path, "r+", libver=("v110", "v110"), locking=False) as file:
-        _write_parameters(file, scene, choice, name)
+        _write_parameters(file, scene, choice, name, provenance)
         _allocate(file, scene, times)
     _occupy(path)
 
@@ -89,7 +92,7 @@ def _occupy(path: Path) -> None:
             file.write(block)
 
 
-def _write_parameters(file: Any, scene: Scene, choice: str, name: Path) -> None:
+def _write_parameters(file: Any, scene: Scene, choice: str, name: Path, provenance: str) -> None:
     root = file.create_group("h5md")
     root.attrs["version"] = np.array([1, 1], dtype=np.int32)
     root.create_group("author").attrs["name"] = "not given"
@@ -109,6 +112,8 @@ def _write_parameters(file: Any, scene: Scene, choice: str, name: Path) -> None:
     _write_scene(file, scene)
     if choice:
         _write_text(file, CHOICE, choice, room=CHOICE_ROOM)
+    if provenance:
+        _write_text(file, PROVENANCE, provenance)
     _write_effects(file, scene)
     versions = file.create_group(VERSIONS)
     versions.attrs["nrchain"] = __version__

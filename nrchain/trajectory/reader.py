@@ -13,6 +13,7 @@ from nrchain.trajectory import layout as h5md
 from nrchain.trajectory.checked_datasets import dataset, read_code, read_text
 from nrchain.trajectory.checkpoint import counter_table
 from nrchain.trajectory.layout import COUNTERS
+from nrchain.trajectory.provenance import FROM_SCENE, Provenance
 
 
 def read_fields(file: Any) -> dict[str, Any]:
@@ -34,6 +35,7 @@ def read_fields(file: Any) -> dict[str, Any]:
         "reason": " ".join(reason.split()),
         "cause": read_code(file, h5md.CAUSE, h5md.CAUSES),
         "choice": read_choice(file),
+        "provenance": read_provenance(file),
         **{
             name: snapshot_rows(file, f"{element}/value", ())[:count]
             for name, element in h5md.ERRORS.items()
@@ -71,3 +73,10 @@ def read_scene(file: Any) -> Scene:
 def read_choice(file: Any) -> Choice | None:
     """The choice of effects = "auto", if the run has one."""
     return Choice.from_json(read_text(file, h5md.CHOICE)) if h5md.CHOICE in file else None
+
+
+def read_provenance(file: Any) -> Provenance:
+    """What the run started from. Files from before it was kept have none."""
+    if h5md.PROVENANCE not in file:
+        return FROM_SCENE
+    return Provenance.from_json(read_text(file, h5md.PROVENANCE))

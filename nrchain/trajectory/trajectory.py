@@ -6,7 +6,7 @@ import operator
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Self, SupportsIndex, overload
+from typing import TYPE_CHECKING, Self, SupportsIndex, overload
 
 import numpy as np
 
@@ -18,7 +18,11 @@ from nrchain.scene.scene import Scene
 from nrchain.trajectory.checked_datasets import damage_errors, require_array
 from nrchain.trajectory.checkpoint import Checkpoint, latest_checkpoint
 from nrchain.trajectory.file import locate, open_file
+from nrchain.trajectory.provenance import FROM_SCENE, Provenance
 from nrchain.trajectory.reader import read_fields
+
+if TYPE_CHECKING:
+    import xarray
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -41,6 +45,8 @@ class Snapshot:
         The file of the run, if there is one.
     position_error, frame_error
         The estimated errors at this time, with ``run.verify``; otherwise None.
+    provenance
+        What the run started from.
 
     >>> trajectory = nrchain.simulate(nrchain.load_scene("passive", **{"run.end": 1.0}))
     >>> trajectory[-1].time, trajectory[-1].positions.shape
@@ -55,6 +61,7 @@ class Snapshot:
     path: Path | None = None
     position_error: float | None = None
     frame_error: float | None = None
+    provenance: Provenance = FROM_SCENE
 
     def __repr__(self) -> str:
         particles = self.scene.chain.particles
@@ -101,6 +108,8 @@ class Trajectory:
         ``(T,)``, the estimated error of the integration: the largest over the spheres, in the
         scene's unit of length and in radians. NaN where it is not known. None without
         ``run.verify``.
+    provenance
+        What the run started from, step by step; empty if it started from its scene alone.
     indices
         Which snapshots of the run these are; ``range(T)`` unless the trajectory is a part.
 
@@ -123,6 +132,7 @@ class Trajectory:
     position_error: np.ndarray | None = None
     frame_error: np.ndarray | None = None
     indices: range = range(0)
+    provenance: Provenance = FROM_SCENE
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "counters", Named(self.counters))
@@ -171,6 +181,7 @@ class Trajectory:
             path=self.path,
             position_error=_item(self.position_error, row),
             frame_error=_item(self.frame_error, row),
+            provenance=self.provenance,
         )
 
     def __iter__(self) -> Iterator[Snapshot]:
@@ -187,6 +198,25 @@ class Trajectory:
         path = locate(path)
         with open_file(path, "r") as file, damage_errors(path):
             return cls(path=path, **read_fields(file))
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A labelled dataset: ``position`` (time, sphere, axis), ``frame`` (…, vector, axis).
+
+        Units are attributes of the variables. The keys of the scene, such as ``slip.2s``, are
+        attributes of the dataset, and so are ``scene``, its TOML without given poses, and
+        ``provenance``. Needs the extra ``exchange``; raises
+        :class:`~nrchain.errors.MissingLibraryError` without it.
+
+        >>> trajectory = nrchain.simulate(nrchain.load_scene("passive", **{"run.end": 1.0}))
+        >>> trajectory.to_xarray()["position"].sel(axis="x").dims
+        ('time', 'sphere')
+        """
+        from nrchain.trajectory.labelled import labelled_dataset
+
+        names = ("time", "positions", "frames", "position_error", "frame_error")
+        series = {name: getattr(self, name) for name in names}
+        steps = self.provenance.to_json()
+        return labelled_dataset(self.scene, series, status=self.status, provenance=steps)
 
     @property
     def advice(self) -> str:

@@ -32,6 +32,7 @@ from nrchain.trajectory.data_file import DataFile
 from nrchain.trajectory.error_estimate import NOT_KNOWN, ErrorEstimate
 from nrchain.trajectory.file import create, file_errors, locate, lock_existing, open_file
 from nrchain.trajectory.layout import COUNTERS
+from nrchain.trajectory.provenance import Provenance
 from nrchain.trajectory.reader import read_choice, read_fields, read_scene
 from nrchain.trajectory.rows import write_whole
 from nrchain.trajectory.snapshots import SnapshotSeries
@@ -58,11 +59,13 @@ class TrajectoryWriter:
         *,
         overwrite: bool = False,
         choice: Choice | None = None,
+        provenance: Provenance | None = None,
     ) -> None:
         path = locate(path)
         choice_json = choice.to_json() if choice else ""
+        steps = provenance.to_json() if provenance else ""
         planned = np.asarray(times, dtype=np.float64)
-        self._attach(path, create(path, scene, planned, choice_json, overwrite=overwrite))
+        self._attach(path, create(path, scene, planned, choice_json, steps, overwrite=overwrite))
 
     @classmethod
     def reopen(

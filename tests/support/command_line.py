@@ -45,14 +45,14 @@ class Stub:
         self.reason = ""
         self.reached = None
 
-    def simulate(self, scene, *, output, overwrite=False, progress=None, choice=None):
+    def simulate(self, scene, *, output, overwrite=False, progress=None, choice=None, start=None):
         self.scene = scene
         times = np.linspace(0.0, scene.run.end, scene.run.snapshots)
         with TrajectoryWriter(output, scene, times, overwrite=overwrite, choice=choice) as writer:
             self.fill(writer, range(self.reached or len(times)), progress)
         return Trajectory.open(output)
 
-    def resume(self, path, *, unwatched=False, progress=None):
+    def resume(self, path, *, unwatched=False, until=None, progress=None):
         with TrajectoryWriter.reopen(path) as writer:
             self.scene = writer.scene
             begin = len(Trajectory.open(path).time)
