@@ -93,7 +93,7 @@ def commands_of(page):
     shown = [line for block in blocks(page, "sh") for line in block.splitlines()]
     shown += re.findall(r"`([^`]*)`", re.sub(r"```.*?```", "", text_of(page), flags=re.S))
     for line in shown:
-        words = shlex.split(line.replace("\\|", "|"), comments=True)
+        words = shlex.split(line.replace("\\|", "|").split(" > ")[0], comments=True)
         words = [word for word in words if word not in ("...]", "[--overwrite]", "[--verify]")]
         words = [GENERIC.get(word, word) for word in words]
         if words[:1] == ["nrchain"] and len(words) > 1:
@@ -170,6 +170,26 @@ def test_every_key_of_a_scene_is_listed_with_its_default():
             shown = tomllib.loads(f"value = {shown.strip('`')}")["value"]
         given = np.array(value).tolist() if isinstance(value, tuple) else value
         assert shown == given, key
+
+
+def test_what_the_keys_are_for_is_what_comments_in_scenes_say():
+    kinds = [Scene, *(typing.get_type_hints(Scene)[n] for n in ("chain", "elasticity", "slip"))]
+    kinds += [typing.get_type_hints(Scene)[name] for name in ("friction", "start", "run")]
+    known = {
+        kind.key(name): about
+        for kind in (*kinds, *section_kinds().values())
+        for name, about in kind.about.items()
+    }
+    for heading, text in re.findall(
+        r"^## (\[\w+\]|Keys at the top)$(.*?)(?=^## )", text_of(SCENES), re.S | re.M
+    ):
+        prefix = heading.strip("[]") + "." if heading.startswith("[") else ""
+        for keys, symbol, unit, _, *words in rows(text)[2:]:
+            for name in re.findall(r"`(\w+)`", keys):
+                if not name[0].isdigit():
+                    allowed, meaning = (w.replace("`", "").split(": see [")[0] for w in words)
+                    assert known.pop(prefix + name) == (symbol, unit, allowed, meaning)
+    assert not known
 
 
 def test_what_nearest_neighbours_leave_out_is_what_the_closed_forms_give():

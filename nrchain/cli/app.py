@@ -13,6 +13,7 @@ import typer
 from typer.core import TyperGroup
 
 from nrchain.cli.branch import branch
+from nrchain.cli.check import check
 from nrchain.cli.cost import cost
 from nrchain.cli.dispersion import dispersion
 from nrchain.cli.effects import effects
@@ -73,6 +74,7 @@ app = typer.Typer(
 )
 for command in (
     run,
+    check,
     plan,
     resume,
     scenes,

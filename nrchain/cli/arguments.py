@@ -33,6 +33,10 @@ Changes = Annotated[
         " Can be repeated.",
     ),
 ]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print one JSON object on standard output, and no more.")
+]
+Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing on standard output.")]
 OverwritePicture = Annotated[
     bool, typer.Option("--overwrite", help="Replace the file that -o names.")
 ]

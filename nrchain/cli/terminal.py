@@ -8,6 +8,7 @@ import io
 import os
 import re
 import sys
+import textwrap
 import unicodedata
 from typing import Any
 
@@ -63,6 +64,18 @@ class _PlainConsole(Console):
 def console(stderr: bool = False) -> Console:
     """A console without markup, emoji codes or highlighting."""
     return _PlainConsole(stderr=stderr, markup=False, emoji=False, highlight=False)
+
+
+def list_item(text: str) -> str:
+    """A text as an item of a list, broken at blanks to the width of the terminal."""
+    return textwrap.fill(
+        text,
+        console().width,
+        initial_indent="  - ",
+        subsequent_indent="    ",
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
 
 
 def transliterate_output() -> None:

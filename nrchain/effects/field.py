@@ -6,6 +6,7 @@ components along the axes e_a of each sphere, and rotate with it.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
@@ -25,6 +26,7 @@ from nrchain._addresses import (
 from nrchain._compile import kernel
 from nrchain.effects.base import OneBodyEffect, cross_matrix
 from nrchain.effects.registry import register_effect
+from nrchain.inputs.about import About
 from nrchain.inputs.rules import Section, vector
 from nrchain.scene.scene import Scene
 
@@ -41,6 +43,14 @@ class FieldSpec(Section):
     torque: Annotated[Vector, vector()] = _NONE
     body_force: Annotated[Vector, vector()] = _NONE
     body_torque: Annotated[Vector, vector()] = _NONE
+    about: ClassVar[Mapping[str, About]] = {
+        "force": About("f", "F", "three numbers", "force in lab components, such as gravity"),
+        "torque": About("t", "F L", "three numbers", "torque in lab components"),
+        "body_force": About("f_a", "F", "three numbers", "force along e₁, e₂, e₃ of each sphere"),
+        "body_torque": About(
+            "t_a", "F L", "three numbers", "torque about e₁, e₂, e₃ of each sphere"
+        ),
+    }
 
 
 @kernel

@@ -6,6 +6,7 @@ the lab is at rest. How rigid spheres disturb the flow is the effect ``strain``.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
@@ -25,6 +26,7 @@ from nrchain._addresses import (
 from nrchain.effects.base import OneBodyEffect
 from nrchain.effects.registry import register_effect
 from nrchain.errors import SceneError
+from nrchain.inputs.about import About
 from nrchain.inputs.rules import Section, flag, vector
 from nrchain.scene.fluid_sections import NEIGHBOURS
 from nrchain.scene.scene import Scene
@@ -49,6 +51,27 @@ class FlowSpec(Section):
     disturbance: Annotated[bool, flag()] = True
     neighbours: Annotated[int | Literal["all"], NEIGHBOURS] = "all"
     finite_size: Annotated[bool, flag()] = False
+    about: ClassVar[Mapping[str, About]] = {
+        "gradient": About(
+            "G",
+            "1/T",
+            "3 × 3 without trace; on a periodic chain, first column zero",
+            "velocity gradient, row by row",
+        ),
+        "disturbance": About(
+            "",
+            "",
+            "true, false",
+            "spheres resist the strain, and their stresslets disturb the flow",
+        ),
+        "neighbours": About(
+            "k",
+            "",
+            'whole number ≥ 1, "all"',
+            "reach of the disturbance, independent of slip and friction",
+        ),
+        "finite_size": About("", "", "true, false", "add the (a/r)² correction of the disturbance"),
+    }
 
     @property
     def matrix(self) -> np.ndarray:

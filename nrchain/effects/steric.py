@@ -13,6 +13,7 @@ Weeks, Chandler, Andersen, J. Chem. Phys. 54, 5237 (1971).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
@@ -23,6 +24,7 @@ from nrchain.effects.base import Cost, Effect
 from nrchain.effects.registry import register_effect
 from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.geometry.near_pairs import DIRECT_SEARCH
+from nrchain.inputs.about import About
 from nrchain.inputs.rules import Section, choice, number, optional
 from nrchain.potential.repulsion import KINDS, SKIN, Repulsion, potential
 from nrchain.scene.scene import Scene
@@ -42,6 +44,13 @@ class StericSpec(Section):
     kind: Annotated[Kind, choice(Kind)] = "none"
     strength: Annotated[float | None, optional(number(above=0))] = None
     range: Annotated[float | None, optional(number(above=0))] = None
+    about: ClassVar[Mapping[str, About]] = {
+        "kind": About("", "", '"none", "wca", "harmonic"', "form of the repulsion φ(r)"),
+        "strength": About("ε", "F L", "> 0, together with kind", "energy of the repulsion"),
+        "range": About(
+            "c", "L", "2a < c ≤ d", "distance of centres below which φ acts; 2^(1/6)·2a if not set"
+        ),
+    }
 
     @property
     def acts(self) -> bool:

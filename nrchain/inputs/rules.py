@@ -21,6 +21,7 @@ from functools import cache
 from typing import Annotated, Any, ClassVar, Self, get_args, get_origin, get_type_hints
 
 from nrchain.errors import NOT_GIVEN, SceneError, shorten
+from nrchain.inputs.about import About
 from nrchain.inputs.names import did_you_mean
 from nrchain.notebook import table_html
 
@@ -200,6 +201,8 @@ class Section:
     """The name of the section in a scene: the first part of its dotted keys."""
     set_by_auto: ClassVar[tuple[str, ...]] = ()
     """The keys that ``effects = "auto"`` sets."""
+    about: ClassVar[Mapping[str, About]] = {}
+    """What each key is for."""
 
     def __post_init__(self) -> None:
         for name, read in self.rules().items():

@@ -7,10 +7,12 @@ together. A section checks its values when it is made, and keeps them as plain, 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 from nrchain.errors import NOT_GIVEN, SceneError
+from nrchain.inputs.about import About
 from nrchain.inputs.arrays import GivenArray, array_of
 from nrchain.inputs.rules import Section, choice, flag, number, optional, whole
 
@@ -45,6 +47,18 @@ class ChainSpec(Section):
     radius: Annotated[float, number(above=0)] = 1.0
     viscosity: Annotated[float, number(above=0)] = 1.0
     ends: Annotated[Ends, choice(Ends)] = "free"
+    about: ClassVar[Mapping[str, About]] = {
+        "particles": About("N", "", "whole number ≥ 2", "number of spheres"),
+        "spacing": About("d", "L", "> 2a", "rest distance of neighbours"),
+        "radius": About("a", "L", "> 0", "radius of a sphere"),
+        "viscosity": About("η", "F T/L²", "> 0", "viscosity of the fluid"),
+        "ends": About(
+            "",
+            "",
+            '"free", "clamped", "periodic"',
+            '"clamped" holds both end spheres in place; "periodic" repeats the chain along x',
+        ),
+    }
 
     def check(self) -> None:
         if not self.spacing > 2 * self.radius:
@@ -71,6 +85,26 @@ class ElasticitySpec(Section):
     twist: Annotated[float | None, optional(number(least=0))] = None
     bend: Annotated[float | None, optional(number(least=0))] = None
     measure: Annotated[Measure, choice(Measure)] = "paper"
+    about: ClassVar[Mapping[str, About]] = {
+        "ratio": About(
+            "R",
+            "",
+            "> 0",
+            "λ∥ = λ⊥ = R μ⊥ γ_R / (γ_T d⁴ (N−1)⁴), the paper's rule. R = 1e7 if "
+            "neither ratio nor the stiffnesses are set",
+        ),
+        "stretch": About(
+            "λ∥", "F/L", "≥ 0, together with shear", "stiffness of the bonds along e₁"
+        ),
+        "shear": About(
+            "λ⊥", "F/L", "≥ 0, together with stretch", "stiffness of the bonds across e₁"
+        ),
+        "twist": About("μ∥", "F L", "≥ 0", "stiffness of twist; equal to μ⊥ if not set"),
+        "bend": About(
+            "μ⊥", "F L", "≥ 0", "stiffness of bend; γ_T d² in the units of the scene if not set"
+        ),
+        "measure": About("", "", '"paper", "isotropic"', "form of the twist and bend energies"),
+    }
 
     def check(self) -> None:
         given = [name for name in ("stretch", "shear") if getattr(self, name) is not None]
@@ -107,6 +141,31 @@ class StartSpec(Section):
     seed: Annotated[int, whole(least=0)] = 0
     positions: Annotated[GivenArray | None, optional(array_of(3))] = None
     frames: Annotated[GivenArray | None, optional(array_of(3, 3))] = None
+    about: ClassVar[Mapping[str, About]] = {
+        "shape": About(
+            "",
+            "",
+            '"straight", "sine", "helix-left", "helix-right", "random", "given"',
+            "shape of the centre line",
+        ),
+        "amplitude": About(
+            "A",
+            "L",
+            'a number; ≥ 0 for "random"',
+            "height of the shape; standard deviation of random offsets",
+        ),
+        "wavenumber": About(
+            "",
+            "π/L",
+            "> 0, at least two spheres a wave; whole on a periodic chain",
+            "in units of π/L for open chains and 2π/L for periodic ones, L the length of the chain",
+        ),
+        "seed": About("", "", "whole number ≥ 0", "of random offsets"),
+        "positions": About("r", "L", '(N, 3), with shape "given"', "positions of the spheres"),
+        "frames": About(
+            "e_k", "", '(N, 3, 3), with shape "given"', "rows e₁, e₂, e₃ of each sphere"
+        ),
+    }
 
     def check(self) -> None:
         given = [name for name in POSES if getattr(self, name) is not None]
@@ -162,6 +221,26 @@ class RunSpec(Section):
     max_seconds: Annotated[float | None, optional(number(above=0))] = None
     verify: Annotated[bool, flag()] = False
     until: Annotated[Until, choice(Until)] = "end"
+    about: ClassVar[Mapping[str, About]] = {
+        "end": About("", "T", "> 0", "the run goes from t = 0 to here"),
+        "snapshots": About(
+            "", "", "whole number ≥ 2", "recorded states at equal times, start and end included"
+        ),
+        "rtol": About("", "", "1e-14 to 0.1", "relative tolerance"),
+        "atol": About("", "a, rad", "1e-14 to 0.1", "absolute tolerance, in radii and radians"),
+        "integrator": About(
+            "", "", '"auto", "cvode", "radau", "scipy-bdf"', "scheme of the time steps"
+        ),
+        "max_steps": About("", "", "whole number ≥ 1", "budget of one run or one resumption"),
+        "max_seconds": About("", "s", "> 0", "budget of wall time, likewise"),
+        "verify": About("", "", "true, false", "estimate the error at each snapshot"),
+        "until": About(
+            "",
+            "",
+            '"end", "settled"',
+            '"settled": end at the snapshot at which the chain has settled, end at the latest',
+        ),
+    }
 
     def check(self) -> None:
         for name in ("rtol", "atol") if self.verify else ():

@@ -13,6 +13,7 @@ from nrchain.errors import SceneError
 from nrchain.hydrodynamics import slip_modes
 from nrchain.hydrodynamics.slip import E1, STRENGTH, Slip
 from nrchain.hydrodynamics.slip_mode import is_label
+from nrchain.inputs.about import About
 from nrchain.inputs.names import SURE, nearest
 from nrchain.inputs.rules import (
     Section,
@@ -107,6 +108,28 @@ class SlipSpec(Section):
     finite_size: Annotated[bool, flag()] = False
     accuracy: Annotated[float | Literal["direct"] | None, optional(ACCURACY)] = None
     backend: Annotated[Backend, choice(Backend)] = "native"
+    about: ClassVar[Mapping[str, About]] = {
+        "neighbours": About(
+            "k",
+            "",
+            'whole number ≥ 1, "all"',
+            "how many neighbours on each side feel the slip flow of a sphere",
+        ),
+        "finite_size": About("", "", "true, false", "add the (a/r)² correction of the 2s velocity"),
+        "accuracy": About(
+            "ε",
+            "",
+            '1e-11 to 0.1, "direct"',
+            "largest error of sums over all pairs, relative to the largest value; "
+            "run.rtol if not set",
+        ),
+        "backend": About(
+            "",
+            "",
+            '"native", "pystokes"',
+            'what computes the pair laws; "pystokes" needs an open chain',
+        ),
+    }
 
     def check(self) -> None:
         for label in self.modes:
@@ -156,6 +179,22 @@ class FrictionSpec(Section):
     kind: Annotated[Kind, choice(Kind)] = "one-body"
     neighbours: Annotated[int | Literal["all"], NEIGHBOURS] = "all"
     backend: Annotated[Backend, choice(Backend)] = "native"
+    about: ClassVar[Mapping[str, About]] = {
+        "kind": About(
+            "",
+            "",
+            '"one-body", "pairwise"',
+            "each sphere moves by its own drag, or also through the fluid between "
+            "spheres (Rotne–Prager–Yamakawa)",
+        ),
+        "neighbours": About("k", "", 'whole number ≥ 1, "all"', "reach of pairwise friction"),
+        "backend": About(
+            "",
+            "",
+            '"native", "pystokes"',
+            'what computes the mobilities; "pystokes" needs an open chain',
+        ),
+    }
 
 
 def read_friction(key: str, value: Any) -> FrictionSpec:

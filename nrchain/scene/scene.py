@@ -18,9 +18,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from nrchain.errors import SceneError, shorten
+from nrchain.inputs.about import About
 from nrchain.inputs.names import SURE, did_you_mean, nearest
 from nrchain.inputs.rules import Section, choice, line, number, optional, section, unknown
 from nrchain.notebook import table_html
@@ -61,6 +62,15 @@ class Scene(Section):
     title: Annotated[str, line()] = ""
     effects: Annotated[Effects, choice(Effects)] = "named"
     tolerance: Annotated[float | None, optional(number(above=0))] = None
+    about: ClassVar[Mapping[str, About]] = {
+        "title": About("", "", "one line of text", "title of pictures and lists"),
+        "effects": About(
+            "", "", '"named", "auto"', '"auto" chooses reach, finite size and friction'
+        ),
+        "tolerance": About(
+            "", "a, rad", '> 0, with effects = "auto"', "allowed distance from the full model"
+        ),
+    }
 
     @property
     def drag(self) -> Drag:

@@ -77,7 +77,9 @@ def write_toml(table: Mapping[str, Any]) -> str:
     keys = {name: value for name, value in table.items() if not isinstance(value, Mapping)}
     sections = {name: value for name, value in table.items() if isinstance(value, Mapping)}
     blocks = [_assignments(keys)] if keys else []
-    blocks += [f"[{_key(name)}]\n" + _assignments(body) for name, body in sections.items() if body]
+    blocks += [
+        f"[{key_literal(name)}]\n" + _assignments(body) for name, body in sections.items() if body
+    ]
     return "\n".join(blocks)
 
 
@@ -151,20 +153,21 @@ def _as_table(path: tuple[str, ...], present: Any, key: str, value: Any) -> dict
 
 
 def _assignments(table: Mapping[str, Any]) -> str:
-    return "".join(f"{_key(name)} = {_literal(value)}\n" for name, value in table.items())
+    return "".join(f"{key_literal(name)} = {literal(value)}\n" for name, value in table.items())
 
 
-def _key(name: str) -> str:
-    return name if _BARE_KEY.fullmatch(name) else _literal(name)
+def key_literal(name: str) -> str:
+    """A key as TOML writes it, in quotes only where it must be."""
+    return name if _BARE_KEY.fullmatch(name) else literal(name)
 
 
-def _literal(value: Any) -> str:
+def literal(value: Any) -> str:
     """A TOML value; JSON writes strings, booleans and finite numbers as TOML does."""
     if isinstance(value, Mapping):
-        inner = ", ".join(f"{_key(name)} = {_literal(item)}" for name, item in value.items())
+        inner = ", ".join(f"{key_literal(name)} = {literal(item)}" for name, item in value.items())
         return "{" + inner + "}"
     if isinstance(value, tuple):
-        return "[" + ", ".join(map(_literal, value)) + "]"
+        return "[" + ", ".join(map(literal, value)) + "]"
     if isinstance(value, GivenArray):
         value = value.tolist()
     return json.dumps(value, ensure_ascii=False)
