@@ -99,7 +99,7 @@ def plot(
         _refuse_beside_effects(asked)
     trajectory = Trajectory.open(find_run(directory))
     if trajectory.provenance:
-        note(f"the run started {trajectory.provenance.line}")
+        note(trajectory.provenance.line)
     if output is not None and not overwrite:
         check_absent(output)
     if of_effects:

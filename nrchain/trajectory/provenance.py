@@ -25,7 +25,7 @@ How = Literal["started", "exported", "extended"]
 DIGITS = 16
 """Hexadecimal digits of a hash: half of these collide among billions of runs."""
 
-SHOWN = 18
+SHOWN = 14
 """Characters of a path in :attr:`Provenance.line`."""
 
 
