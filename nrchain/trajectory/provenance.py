@@ -73,7 +73,7 @@ class Step:
             return f"extended from t = {self.time:.6g}"
         if self.format == "arrays":
             return "from arrays in memory"
-        name = _short(self.source) or "a run in memory"
+        name = _short(self.source) or "memory"
         if self.how == "exported":
             return f"exported from {name}"
         at = "" if self.time is None else f", t = {self.time:.6g}"

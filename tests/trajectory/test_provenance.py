@@ -15,7 +15,7 @@ SOURCES = {
     "/data/a/trajectory.h5": "a",
     "/data/a/run.gsd": "run.gsd",
     "/data/" + "a" * 40 + ".gsd": "…" + "a" * 9 + ".gsd",
-    "": "a run in memory",
+    "": "memory",
 }
 
 
