@@ -68,7 +68,9 @@ if TYPE_CHECKING:
     from nrchain.theory.rod import Material, Rod, rod_of
     from nrchain.theory.rod.coarse_graining import moduli
     from nrchain.trajectory.trajectory import Snapshot, Trajectory
-    from nrchain.view import dispersion_plots, effect_plots, flow_plots, phase_plots, plots
+    from nrchain.view import dispersion_plots, effect_plots, phase_plots, plots
+    from nrchain.view.films import film
+    from nrchain.view.space.render import render
 
 # Public modules and names are imported at first use, so that `import nrchain` stays light.
 _MODULES = {
@@ -77,7 +79,6 @@ _MODULES = {
     "dispersion_plots": "nrchain.view.dispersion_plots",
     "effect_plots": "nrchain.view.effect_plots",
     "estimate": "nrchain.planning.estimate",
-    "flow_plots": "nrchain.view.flow_plots",
     "lattice": "nrchain.theory.lattice",
     "measure": "nrchain.analysis.measure",
     "phase_plots": "nrchain.view.phase_plots",
@@ -150,6 +151,8 @@ _MODULE_OF = {
     "spectrum": "nrchain.states.spectrum",
     "State": "nrchain.states.state",
     "find_state": "nrchain.states.state",
+    "film": "nrchain.view.films",
+    "render": "nrchain.view.space.render",
     "Slip": "nrchain.hydrodynamics.slip",
     "load_scene": "nrchain.scene.loading",
     "scene_names": "nrchain.scene.toml",
@@ -213,10 +216,10 @@ __all__ = [
     "elastic_wrenches",
     "estimate",
     "export",
+    "film",
     "find_cycle",
     "find_state",
     "flow",
-    "flow_plots",
     "lattice",
     "lattice_operator",
     "lattice_rates",
@@ -231,6 +234,7 @@ __all__ = [
     "regime",
     "register",
     "register_effect",
+    "render",
     "resume",
     "rod",
     "rod_of",

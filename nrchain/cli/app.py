@@ -23,6 +23,7 @@ from nrchain.cli.export import export
 from nrchain.cli.phases import phases
 from nrchain.cli.plan import plan
 from nrchain.cli.plot import plot
+from nrchain.cli.render import render
 from nrchain.cli.resume import resume
 from nrchain.cli.run import run
 from nrchain.cli.scenes import scenes
@@ -81,6 +82,7 @@ for command in (
     effects,
     plot,
     export,
+    render,
     cost,
     solid,
     dispersion,

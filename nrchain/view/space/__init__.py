@@ -1,0 +1,1 @@
+"""Chains in three dimensions, by PyVista: still pictures, films and windows."""
