@@ -243,6 +243,8 @@ class Trajectory:
             *((name, value) for name, value in self.counters.items() if value),
             ("file", str(self.path or "none")),
         ]
+        if self.provenance:
+            rows.append(("start", self.provenance.line))
         if self.cause is not None:
             rows.append(("advice", self.advice))
         return table_html("Trajectory", rows)

@@ -123,6 +123,7 @@ def test_the_chain_of_steps_survives_runs_exports_and_files(folder, tmp_path):
         ("started", str(tmp_path / "two.nc"), 4),
     ]
     assert kept.line == "from two.nc:4, t = 10; 3 earlier steps"
+    assert kept.line in third._repr_html_()
     assert kept.steps[2].scene == kept.steps[3].scene
     assert kept.steps[0].poses == sha(
         *(getattr(nrchain.Trajectory.open(folder / "first"), n) for n in ("positions", "frames"))

@@ -42,6 +42,19 @@ def test_a_complete_run_goes_on_bit_for_bit(tmp_path, monkeypatch, integrator, r
     assert extended.counters["restarts"] > done.counters["restarts"]
 
 
+def test_times_that_differ_in_their_last_bit_have_poses_that_do_too(tmp_path, monkeypatch):
+    """3 · 0.1 and 0.3 are not the same number: the grids of the two ends are not either."""
+    monkeypatch.setattr(loop, "RESTART_STEPS", 5)
+    first = scene(**{"run.end": 33.3, "run.snapshots": 10})
+    nrchain.simulate(first, output=tmp_path)
+    extended, other = nrchain.resume(tmp_path, until=59.2), whole(first, 59.2, 17)
+    assert not np.array_equal(extended.time, other.time)
+    assert (np.diff(extended.time) > 0.0).all()
+    assert extended.time == pytest.approx(other.time, rel=1e-14)
+    assert abs(extended.positions - other.positions).max() < 1e-11
+    assert extended.counters["steps"] == other.counters["steps"]
+
+
 def test_cvode_goes_on_within_its_tolerance(tmp_path, monkeypatch):
     """Its first step after a restart depends on the end."""
     monkeypatch.setattr(loop, "RESTART_STEPS", 100)
