@@ -68,7 +68,7 @@ if TYPE_CHECKING:
     from nrchain.theory.rod import Material, Rod, rod_of
     from nrchain.theory.rod.coarse_graining import moduli
     from nrchain.trajectory.trajectory import Snapshot, Trajectory
-    from nrchain.view import dispersion_plots, effect_plots, phase_plots, plots
+    from nrchain.view import dispersion_plots, effect_plots, flow_plots, phase_plots, plots
     from nrchain.view.films import film
     from nrchain.view.space.render import render
 
@@ -79,6 +79,7 @@ _MODULES = {
     "dispersion_plots": "nrchain.view.dispersion_plots",
     "effect_plots": "nrchain.view.effect_plots",
     "estimate": "nrchain.planning.estimate",
+    "flow_plots": "nrchain.view.flow_plots",
     "lattice": "nrchain.theory.lattice",
     "measure": "nrchain.analysis.measure",
     "phase_plots": "nrchain.view.phase_plots",
@@ -220,6 +221,7 @@ __all__ = [
     "find_cycle",
     "find_state",
     "flow",
+    "flow_plots",
     "lattice",
     "lattice_operator",
     "lattice_rates",

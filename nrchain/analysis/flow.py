@@ -126,7 +126,7 @@ def flow(
     >>> found.velocity.shape, bool(found.velocity[0, 1] < 0)
     ((2, 3), True)
     """
-    scene, positions, frames = _poses(source, frame)
+    scene, positions, frames = poses_of(source, frame)
     places = _points(points)
     chosen = _parts(parts)
     accuracy = number(least=0)("accuracy", accuracy)
@@ -188,8 +188,11 @@ def _is_unknown(effect: type[Effect], known: tuple[type[Effect], ...]) -> bool:
     return effect.gives != "wrench" and not effect.fused and not issubclass(effect, known)
 
 
-def _poses(source: Any, frame: int) -> tuple[Scene, np.ndarray, np.ndarray]:
-    """The scene and the poses of one snapshot."""
+def poses_of(source: Any, frame: int = -1) -> tuple[Scene, np.ndarray, np.ndarray]:
+    """The scene, positions and frames of a scene's start, or of one snapshot.
+
+    Errors as for :func:`flow`.
+    """
     if isinstance(source, Scene | Snapshot):
         if frame not in (-1, 0):
             allowed = "must be 0 or −1 for a scene and a snapshot, which have one pose"

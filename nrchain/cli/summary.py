@@ -16,7 +16,8 @@ from nrchain.errors import TrajectoryError
 if TYPE_CHECKING:
     from nrchain.trajectory.trajectory import Trajectory
 
-PICTURE, PICTURE_IN_SPACE, EFFECTS_PICTURE = "chain.png", "chain-3d.png", "effects.png"
+PICTURE, PICTURE_IN_SPACE = "chain.png", "chain-3d.png"
+EFFECTS_PICTURE, FLOW_PICTURE = "effects.png", "flow.png"
 
 
 def finish(trajectory: Trajectory) -> None:

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from nrchain.exchange.record import FramePoses, Record, pick_frame
-from nrchain.geometry.quaternions import frames_of, quaternions_of
+from nrchain.exchange.record import FramePoses, Record, pick_frame, turned_frames
+from nrchain.geometry.quaternions import quaternions_of
 from nrchain.inputs.optional import optional
 from nrchain.trajectory.trajectory import Trajectory
 
@@ -65,7 +65,7 @@ def read(path: Path, index: int) -> FramePoses:
     text = first.log.get(RECORD)
     return FramePoses(
         positions,
-        frames_of(frame.particles.orientation),
+        turned_frames(path, np.asarray(frame.particles.orientation, float)),
         place,
         None if time is None else float(time[0]),
         Record.from_json("" if text is None else bytes(text).decode()),

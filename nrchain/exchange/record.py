@@ -9,7 +9,8 @@ from typing import Self
 
 import numpy as np
 
-from nrchain.errors import SceneError
+from nrchain.errors import SceneError, TrajectoryError
+from nrchain.geometry.quaternions import frames_of
 from nrchain.scene.toml import write_toml
 from nrchain.trajectory.labelled import keys_without_poses
 from nrchain.trajectory.provenance import (
@@ -21,6 +22,9 @@ from nrchain.trajectory.provenance import (
     source_name,
 )
 from nrchain.trajectory.trajectory import Trajectory
+
+UNIT = 1e-3
+"""Largest distance of the length of a quaternion from 1: programs write three digits or more."""
 
 _APOSTROPHE = "\\u0027"
 """An apostrophe in a string of JSON."""
@@ -88,6 +92,23 @@ class FramePoses:
     time: float | None
     record: Record
     precision: str = "float64"
+
+
+def turned_frames(path: Path, quaternions: np.ndarray) -> np.ndarray:
+    """Frames (N, 3, 3) of quaternions (N, 4), scalar first, rounded to any precision.
+
+    Raises :class:`~nrchain.errors.TrajectoryError` for one that is far from length 1, which is no
+    rotation.
+    """
+    lengths = np.linalg.norm(quaternions, axis=-1)
+    off = ~(abs(lengths - 1.0) <= UNIT)
+    if off.any():
+        sphere = int(np.argmax(off))
+        raise TrajectoryError(
+            f"{path}: the orientation of sphere {sphere} must be a quaternion of length 1, and has "
+            f"length {lengths[sphere]:.6g}"
+        )
+    return frames_of(quaternions)
 
 
 def pick_frame(path: Path, index: int, count: int) -> int:

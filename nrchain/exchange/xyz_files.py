@@ -16,8 +16,8 @@ from typing import TextIO
 import numpy as np
 
 from nrchain.errors import TrajectoryError
-from nrchain.exchange.record import FramePoses, Record, pick_frame
-from nrchain.geometry.quaternions import frames_of, quaternions_of
+from nrchain.exchange.record import FramePoses, Record, pick_frame, turned_frames
+from nrchain.geometry.quaternions import quaternions_of
 from nrchain.trajectory.trajectory import Trajectory
 
 PROPERTIES = "species:S:1:pos:R:3:orientation:R:4:radius:R:1"
@@ -71,7 +71,7 @@ def read(path: Path, index: int) -> FramePoses:
     time = keys.get("Time")
     return FramePoses(
         positions,
-        frames_of(np.roll(turned, 1, axis=-1)),
+        turned_frames(path, np.roll(turned, 1, axis=-1)),
         place,
         None if time is None else float(time),
         Record.from_unquoted(_keys(comments[0]).get("nrchain", "")),

@@ -48,6 +48,7 @@ def test_a_range_that_is_none_is_refused(along, tmp_path):
     assert not (tmp_path / "found").exists()
 
 
+@pytest.mark.slow
 def test_cycles_that_leave_hopf_points_are_followed_and_drawn(tmp_path):
     keys = {"slip.2s": 200, "chain.particles": 12, "elasticity.ratio": 1e8}
     changes = [part for key, value in keys.items() for part in ("--set", f"{key}={value}")]

@@ -31,9 +31,7 @@ def test_a_run_is_exported_started_from_and_extended(runs):
     assert "start       extended from t = 10; 2 earlier steps\n" in longer.stdout
     assert nrchain.Trajectory.open("two").time.tolist() == [0.0, 5.0, 10.0, 15.0]
     drawn = call("plot", "two", "-o", "two.svg")
-    assert drawn.stderr == (
-        "nrchain: note: the run started extended from t = 10; 2 earlier steps\n"
-    )
+    assert drawn.stderr == ("nrchain: note: extended from t = 10; 2 earlier steps\n")
     onward = call("run", "wave", "--from", "two:-2", "-o", "three", *SHORT)
     assert onward.exit_code == 0
     third = nrchain.Trajectory.open("three")

@@ -72,3 +72,31 @@ def test_plot_draws_frames_and_spheres_at_logarithmic_times(tmp_path, stub):
     assert (tmp_path / PICTURE).read_bytes() != before
     assert call("plot", tmp_path, "--spheres", "big").exit_code == REFUSED
     assert call("plot", tmp_path, "--spacing", "cubic").exit_code == REFUSED
+
+
+def test_the_flow_is_drawn_in_a_plane_at_a_time(tmp_path, stub):
+    assert call("run", "passive", "-o", tmp_path, "--set", "slip.2s=10").exit_code == 0
+    drawn = call("plot", tmp_path, "--flow")
+    assert drawn.exit_code == 0, drawn.stderr
+    assert drawn.stdout.strip() == str(tmp_path / "flow.png")
+    before = (tmp_path / "flow.png").read_bytes()
+    options = ("--plane", "yz", "--at", "3", "--time", "0", "--part", "slip", "--no-title")
+    assert call("plot", tmp_path, "--flow", *options).exit_code == 0
+    assert (tmp_path / "flow.png").read_bytes() != before
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--plane", "xz"), ("--plane = ", "add --flow")),
+        (("--flow", "--times", "3"), ("--times = 3", "remove it or --flow")),
+        (("--flow", "--effects"), ("--flow", "--effects; remove one")),
+        (("--flow", "--time", "1e9"), ("--time = ", "must be from 0 to")),
+        (("--flow", "--frame", "900"), ("frame = 900", "snapshots")),
+        (("--flow", "--frame", "0", "--time", "0"), ("--time", "--frame both")),
+    ],
+)
+def test_options_of_the_flow_are_refused_where_they_have_no_effect(tmp_path, stub, options, words):
+    assert call("run", "passive", "-o", tmp_path).exit_code == 0
+    assert_refused(call("plot", tmp_path, *options), *words)
+    assert not (tmp_path / "flow.png").exists()

@@ -204,11 +204,15 @@ def test_xyz_of_another_program_needs_orientations(tmp_path):
     path.write_text("1\nProperties=species:S:1:pos:R:3\nX 0 0 0\n")
     with pytest.raises(TrajectoryError, match="orientation:R:4"):
         read_start(path)
-    path.write_text("1\nProperties=id:I:1:orientation:R:4:pos:R:3\n7 0 0 0 2 1.5 2.5 3.5\n")
+    path.write_text("1\nProperties=id:I:1:orientation:R:4:pos:R:3\n7 0 0 0 1 1.5 2.5 3.5\n")
     found = read_start(path)
     assert found.positions.tolist() == [[1.5, 2.5, 3.5]]
     assert np.array_equal(found.frames, np.eye(3)[None])
     assert found.provenance.steps[-1].time is None
+    for length in ("2", "0", "nan"):
+        path.write_text(f"1\nProperties=orientation:R:4:pos:R:3\n0 0 0 {length} 1.5 2.5 3.5\n")
+        with pytest.raises(TrajectoryError, match=f"sphere 0 must be .* and has length {length}"):
+            read_start(path)
 
 
 def test_paths_may_have_colons(tmp_path, monkeypatch):

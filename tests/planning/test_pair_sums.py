@@ -80,6 +80,7 @@ def test_measured_errors_are_those_against_direct_sums():
     assert errors[0].velocity == pytest.approx(np.abs(found - exact).max() / np.abs(exact).max())
 
 
+@pytest.mark.slow
 def test_a_plan_tells_the_measured_error():
     scene = nrchain.load_scene(LONG, **{"friction": "one-body"})
     line = next(line for line in plan(scene).lines if line.quantity == "sum of slip")

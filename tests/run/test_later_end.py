@@ -6,6 +6,7 @@ import pytest
 
 import nrchain
 from nrchain.errors import SceneError, TrajectoryError
+from nrchain.planning.choice import Choice
 from nrchain.run import loop
 from nrchain.run.later_end import later_scene
 
@@ -166,3 +167,23 @@ def test_chosen_effects_are_chosen_again_for_the_later_end(tmp_path):
     extended = nrchain.resume(tmp_path, until=30.0)
     assert extended.choice.end == 30.0
     assert extended.choice.left_out == done.choice.left_out
+
+
+def test_a_later_end_that_needs_other_effects_is_refused_with_their_keys(tmp_path, monkeypatch):
+    from nrchain.planning import auto
+
+    named = nrchain.load_scene(
+        "passive", **{"chain.particles": 6, "slip.2s": 10.0, "run.end": 20.0}
+    )
+    left_out = Choice(
+        0.5, ("slip of all pairs",), 0.1, 20.0, (0.0,), (1.0,), "saves work", end=20.0
+    )
+    nrchain.simulate(named, output=tmp_path, choice=left_out)
+
+    def wants_all(scene, choice):
+        return nrchain.load_scene(scene, **{"slip.neighbours": "all"}), choice
+
+    monkeypatch.setattr(auto, "choose_again", wants_all)
+    with pytest.raises(TrajectoryError, match=r"to t = 40.*takes slip\.neighbours = 'all'"):
+        nrchain.resume(tmp_path, until=40.0)
+    assert nrchain.Trajectory.open(tmp_path).scene == named

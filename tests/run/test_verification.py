@@ -147,7 +147,7 @@ def test_a_second_run_that_fails_does_not_end_the_first(monkeypatch):
     with pytest.warns(nrchain.SceneWarning, match="failed: no memory left"):
         run = nrchain.simulate(verified(scene("buckling", 1e-6)))
     assert run.status == "completed"
-    assert np.isnan(run.position_error).all()
+    assert np.isnan(run.position_error[1:]).all()
 
 
 @pytest.mark.parametrize("key", ["run.rtol", "run.atol"])
@@ -175,6 +175,14 @@ def test_members_of_an_ensemble_are_verified_alike():
     for member in members:
         alone = nrchain.simulate(scenes[member.index])
         assert np.array_equal(member.result().position_error, alone.position_error)
+
+
+def test_a_signal_before_the_second_run_has_begun_stops_the_run_at_its_start(monkeypatch):
+    monkeypatch.setattr(second_run.SecondRun, "next", lambda self, interruption: None)
+    run = nrchain.simulate(verified(scene("buckling", 1e-6)))
+    assert run.cause is Cause.INTERRUPTED
+    assert run.time[0] == 0.0
+    assert run.position_error[0] == run.frame_error[0] == 0.0
 
 
 PROGRAM = """

@@ -218,6 +218,7 @@ def test_compilation_on_a_busy_processor_changes_the_cost_by_a_bounded_factor():
         assert 0.8 * processor.truth <= cost.seconds <= BUSY * processor.truth
 
 
+@pytest.mark.slow
 def test_plan_cost_and_run_report_the_same_number(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text(SCENE.to_toml(), encoding="utf-8")

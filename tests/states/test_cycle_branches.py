@@ -50,6 +50,7 @@ def branches(scene, onset, folder):
     return found.branches
 
 
+@pytest.mark.slow
 def test_two_kinds_of_oscillation_leave_a_hopf_point_with_two_modes(branches, onset):
     """One goes to and fro and is unstable, the other goes round and is stable."""
     assert onset.multiplicity == 2

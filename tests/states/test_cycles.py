@@ -169,6 +169,7 @@ def test_a_planar_oscillation_turns_freely_about_its_axis():
     assert np.abs(system.defects).max() < 1e-8
 
 
+@pytest.mark.slow
 def test_a_free_chain_of_all_pairs_swims_in_strokes():
     """It is carried 43 and turned by 0.87 in a period of 9.3, as a run from the cycle is."""
     strokes = {

@@ -11,6 +11,7 @@ import matplotlib
 import numpy as np
 import pytest
 from matplotlib import image, style
+from support.selection import few_of
 
 import nrchain
 from nrchain.view.drawing import UNKNOWN, letters
@@ -98,7 +99,7 @@ def telling_sheets() -> dict[str, dict]:
     return chosen
 
 
-@pytest.mark.parametrize("view", DRAWN)
+@pytest.mark.parametrize("view", few_of(DRAWN, {"planes"}))
 def test_settings_of_a_user_neither_break_a_picture_nor_change_what_it_shows(
     view, trajectory, tmp_path
 ):

@@ -31,6 +31,7 @@ def test_the_first_step_of_scipy_does_not_depend_on_what_memory_held(monkeypatch
         assert np.isfinite(integrator.at(integrator.step())).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["cvode", "scipy-bdf"])
 def test_order(name, reference):
     """Steps and order vary, so that the slope is that of the whole.

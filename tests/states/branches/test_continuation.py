@@ -61,6 +61,7 @@ def test_the_buckled_branch_is_that_of_find_state_and_grows_as_the_square_root()
     assert state.positions == pytest.approx(bent.positions[last], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_buckled_chain_snaps_at_folds_that_mirror_each_other():
     """With a weight across it, the upper state ends at −f where the lower one ends at f."""
     scene = clamped(**{**ISOTROPIC, "slip.2s": 1000.0, "field.force": [0.0, 1e-2, 0.0]})
@@ -185,6 +186,7 @@ def lopsided():
     nrchain.unregister_effect(Lopsided)
 
 
+@pytest.mark.slow
 def test_a_branch_that_crosses_at_an_angle_is_transcritical(lopsided):
     scene = clamped(**{"slip.2s": 0.0, "lopsided.outward": 0.1, "lopsided.back": 3.0})
     found = nrchain.continue_state(scene, {"lopsided.outward": (0.1, 100.0)}, branches=3)
@@ -196,6 +198,7 @@ def test_a_branch_that_crosses_at_an_angle_is_transcritical(lopsided):
     assert sorted(np.sign(shifts)) == [-1.0, 1.0]
 
 
+@pytest.mark.slow
 def test_two_keys_vary_together_along_a_line():
     scene = clamped(**{"slip.2s": 0.0, "slip.3t": 10.0})
     ends = {"slip.2s": (0.0, 900.0), "slip.3t": (10.0, 250.0)}
