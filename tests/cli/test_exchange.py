@@ -11,10 +11,11 @@ SHORT = ("--set", "chain.particles=5", "--set", "run.end=10", "--set", "run.snap
 
 @pytest.fixture
 def runs(tmp_path, monkeypatch):
+    """A folder with the run of a scene, in which the commands run."""
     monkeypatch.chdir(tmp_path)
-    done = call("run", "wave", "-o", "one", *SHORT)
-    assert done.exit_code == 0, done.stderr
-    assert "start  " not in done.stdout
+    changes = dict(word.split("=") for word in SHORT[1::2])
+    scene = nrchain.load_scene("wave", **{key: int(value) for key, value in changes.items()})
+    nrchain.simulate(scene, output="one")
     return tmp_path
 
 
