@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from nrchain.cli.exits import show_if_possible
-from nrchain.cli.terminal import note, warn
-from nrchain.errors import TrajectoryError
+from nrchain.cli.terminal import note, paragraph, warn
+from nrchain.errors import NrchainError, TrajectoryError
 
 if TYPE_CHECKING:
     from nrchain.exchange.start import StartingFrame
@@ -33,8 +34,37 @@ Changes = Annotated[
         " Can be repeated.",
     ),
 ]
+
+
+class Style(Enum):
+    """How much a command prints on standard output."""
+
+    SHORT, FULL, NOTHING, JSON = range(4)
+
+    @classmethod
+    def of(cls, *, as_json: bool = False, quiet: bool = False, verbose: bool = False) -> Style:
+        """The style of the options ``--json``, ``-q`` and ``-v``, of which one may be given."""
+        options = {
+            "--json": (as_json, cls.JSON),
+            "-q": (quiet, cls.NOTHING),
+            "-v": (verbose, cls.FULL),
+        }
+        given = [name for name, (is_given, _) in options.items() if is_given]
+        if len(given) > 1:
+            raise NrchainError(f"{' and '.join(given)} exclude each other")
+        return options[given[0]][1] if given else cls.SHORT
+
+    @property
+    def is_text(self) -> bool:
+        """Whether there is text for a reader."""
+        return self in (Style.SHORT, Style.FULL)
+
+
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON object on standard output, and no more.")
+]
+Verbose = Annotated[
+    bool, typer.Option("-v", "--verbose", help="Print tables of all counts, effects and errors.")
 ]
 Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing on standard output.")]
 OverwritePicture = Annotated[
@@ -49,11 +79,15 @@ def picture_option(default: str) -> Any:
 
 
 def load(
-    name: str, changes: Sequence[str] | None, start: StartingFrame | None = None
+    name: str,
+    changes: Sequence[str] | None,
+    start: StartingFrame | None = None,
+    *,
+    lines: bool = True,
 ) -> tuple[Scene, Choice | None]:
     """The scene with the changes of ``--set``, at the start of ``--from``.
 
-    Where it has ``effects = "auto"``, choose its effects and print the choice.
+    Where it has ``effects = "auto"``, choose its effects and, with ``lines``, print the choice.
     """
     from nrchain.scene.loading import load_scene
     from nrchain.scene.toml import parse_assignment
@@ -68,8 +102,8 @@ def load(
     from nrchain.planning.auto import choose
 
     scene, choice = choose(scene)
-    for text in choice.lines():
-        show_if_possible(text, soft_wrap=True)
+    if lines:
+        show_if_possible(*map(paragraph, choice.lines()), soft_wrap=True)
     return scene, choice
 
 

@@ -7,15 +7,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nrchain.cli.arguments import RUNS, Changes, SceneName, find_run, load
+from nrchain.cli.arguments import RUNS, Changes, Json, Quiet, SceneName, Style, find_run, load
 from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
+from nrchain.cli.records import show_json
+from nrchain.cli.result_records import branch_record, cycles_record
 from nrchain.cli.terminal import note
 from nrchain.errors import SceneError
 
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from nrchain.cli.result_records import Record
     from nrchain.scene.scene import Scene
     from nrchain.states.branches.branch import SpecialPoint
     from nrchain.states.branches.continuation import BranchDiagram
@@ -77,6 +80,8 @@ def branch(
             show_default=f"{RUNS}/SCENE-branch",
         ),
     ] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Follow states along a key, with their stability and the branches that leave them."""
     from nrchain.states.branches.continuation import continue_state
@@ -84,11 +89,12 @@ def branch(
     from nrchain.trajectory.trajectory import Trajectory
     from nrchain.view.branch_plots import save_branches
 
+    style = Style.of(as_json=as_json, quiet=quiet)
     given = [_range(text) for text in along]
     ranges = dict(given)
     if len(ranges) < len(given):
         raise SceneError("--along", ", ".join(along), "must name each key once")
-    loaded, _ = load(scene, changes)
+    loaded, _ = load(scene, changes, lines=style.is_text)
     guess = None if start is None else Trajectory.open(find_run(start))
     folder = output or RUNS / f"{Path(scene).stem}-branch"
     found = continue_state(
@@ -100,20 +106,26 @@ def branch(
         steps=steps,
         step=step,
         output=folder,
+        progress=not quiet,
     )
-    show(branches_table(found))
-    if found.special:
-        show(special_table(found, "branch", "frequency", "rates at once"))
+    if style.is_text:
+        show(branches_table(found))
+        if found.special:
+            show(special_table(found, "branch", "frequency", "rates at once"))
     picture = save_branches(found, folder / PICTURE)
     for number, one in enumerate(found.branches):
         if one.reason != END:
             note(f"branch {number} ends: {one.reason}")
     if len(found.branches) == branches:
         note(f"no more than {branches} branches are followed: --branches sets how many")
-    show(str(picture), soft_wrap=True)
-    if cycles:
-        for special in _hopf_points(found):
-            _follow_cycles(loaded, ranges, special, folder / f"{CYCLES}-{special.value:.6g}")
+    if style.is_text:
+        show(str(picture), soft_wrap=True)
+    records = []
+    for special in _hopf_points(found) if cycles else ():
+        place = folder / f"{CYCLES}-{special.value:.6g}"
+        records.append(_follow_cycles(loaded, ranges, special, place, style))
+    if style is Style.JSON:
+        show_json(branch_record(found, picture, records))
 
 
 def _hopf_points(found: BranchDiagram) -> list[SpecialPoint]:
@@ -124,17 +136,24 @@ def _hopf_points(found: BranchDiagram) -> list[SpecialPoint]:
 
 
 def _follow_cycles(
-    scene: Scene, ranges: dict[str, tuple[float, float]], special: SpecialPoint, folder: Path
-) -> None:
-    """Follow, show and draw the cycles that leave a Hopf point."""
+    scene: Scene,
+    ranges: dict[str, tuple[float, float]],
+    special: SpecialPoint,
+    folder: Path,
+    style: Style,
+) -> Record:
+    """Follow, show and draw the cycles that leave a Hopf point; their record."""
     from nrchain.states.cycles.continuation import continue_cycle
     from nrchain.view.cycle_plots import save_cycles
 
     found = continue_cycle(scene, ranges, special, output=folder)
-    show(cycles_table(found))
-    if found.special:
-        show(special_table(found, "cycles", "angle", "at once"))
-    show(str(save_cycles(found, folder / CYCLES_PICTURE)), soft_wrap=True)
+    picture = save_cycles(found, folder / CYCLES_PICTURE)
+    if style.is_text:
+        show(cycles_table(found))
+        if found.special:
+            show(special_table(found, "cycles", "angle", "at once"))
+        show(str(picture), soft_wrap=True)
+    return cycles_record(found, picture)
 
 
 def _range(text: str) -> tuple[str, tuple[float, float]]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from nrchain.cli.arguments import Changes, Json, Quiet, SceneName
+from nrchain.cli.arguments import Changes, Json, Quiet, SceneName, Style
 from nrchain.cli.examples import examples
 from nrchain.cli.exits import REFUSED, one_line_errors, show
 from nrchain.cli.records import show_json
@@ -30,6 +30,7 @@ def check(
     """List all mistakes of a scene at once, its keys without effect and its risks."""
     from nrchain.errors import NrchainError
 
+    style = Style.of(as_json=as_json, quiet=quiet)
     mistakes = _mistakes(scene, changes or [])
     warnings: list[str] = []
     unused: list[tuple[str, str]] = []
@@ -42,7 +43,7 @@ def check(
             warnings, unused = _risks(loaded)
         except NrchainError as error:
             mistakes = [error]
-    if as_json:
+    if style is Style.JSON:
         show_json(
             {
                 "mistakes": [_record(error) for error in mistakes],
@@ -50,7 +51,7 @@ def check(
                 "without_effect": [{"key": key, "why": why} for key, why in unused],
             }
         )
-    elif not quiet:
+    elif style.is_text:
         count = f"{len(mistakes)} mistake{'s' if len(mistakes) > 1 else ''}"
         show(f"{scene}: {count if mistakes else 'no mistakes'}", soft_wrap=True)
         lines = [str(error) for error in mistakes]

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nrchain.cli.arguments import Changes, SceneName, load
+from nrchain.cli.arguments import Changes, Json, SceneName, load
 from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
+from nrchain.cli.records import show_json
+from nrchain.cli.result_records import cost_record
 from nrchain.cli.tables import work_table
-from nrchain.cli.terminal import console
+from nrchain.cli.terminal import console, paragraph
 
 if TYPE_CHECKING:
     from nrchain.accuracy.cost import Advice
@@ -38,21 +40,26 @@ def cost(
             help="Work of all short runs together, in nominal seconds: counted, not timed."
         ),
     ] = 30.0,
+    as_json: Json = False,
 ) -> None:
     """Measure error against computing time of a scene, by short runs."""
     from nrchain.accuracy.cost import check_target, work_precision
 
     if target is not None:
         check_target(target)
-    loaded, _ = load(scene, changes)
+    loaded, _ = load(scene, changes, lines=not as_json)
     with console(stderr=True).status("") as status:
         measured = work_precision(
             loaded, budget=budget, progress=lambda stage: status.update(f"measuring {stage}")
         )
+    advice = None if target is None else measured.advise(target)
+    if as_json:
+        show_json(cost_record(measured, advice))
+        return
     show(work_table(measured), whole=True)
-    show(*measured.notes(), soft_wrap=True)
-    if target is not None:
-        _show_advice(measured.advise(target), scene, changes or ())
+    show(*map(paragraph, measured.notes()), soft_wrap=True)
+    if advice is not None:
+        _show_advice(advice, scene, changes or ())
 
 
 def _show_advice(advice: Advice, scene: str, changes: Sequence[str]) -> None:
@@ -61,6 +68,6 @@ def _show_advice(advice: Advice, scene: str, changes: Sequence[str]) -> None:
     show(
         f"\nsetting for a global error of {advice.target:g}: {advice.point.setting}",
         f"  nrchain run {scene} {own}{advice.arguments}",
-        *(f"  {line}" for line in advice.lines()),
+        *(paragraph(line, "  ", "  ") for line in advice.lines()),
         soft_wrap=True,
     )

@@ -8,13 +8,18 @@ from typing import Annotated
 from nrchain.cli.arguments import (
     RUNS,
     Changes,
+    Json,
     OverwritePicture,
+    Quiet,
     SceneName,
+    Style,
     load,
     picture_option,
 )
 from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
+from nrchain.cli.records import show_json
+from nrchain.cli.result_records import dispersion_record
 from nrchain.cli.summary import check_absent
 from nrchain.cli.tables import dispersion_table
 from nrchain.cli.terminal import note
@@ -32,6 +37,8 @@ def dispersion(
     changes: Changes = None,
     output: Annotated[Path | None, picture_option(f"{RUNS}/SCENE-{PICTURE}")] = None,
     overwrite: OverwritePicture = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Draw growth and frequency: the lattice, its rod, its beam limit, and the chain's modes."""
     from nrchain.errors import SceneError
@@ -41,11 +48,12 @@ def dispersion(
     from nrchain.view.dispersion_plots import save_dispersion
     from nrchain.view.drawing import check_picture
 
+    style = Style.of(as_json=as_json, quiet=quiet)
     if output is not None:
         check_picture(output)
         if not overwrite:
             check_absent(output)
-    loaded, _ = load(scene, changes)
+    loaded, _ = load(scene, changes, lines=style.is_text)
     found = compute(loaded)
     path = output or RUNS / f"{Path(scene).stem}-{PICTURE}"
     if output is None:
@@ -56,11 +64,15 @@ def dispersion(
     except SceneError as error:
         modes, missing = None, str(error)
     save_dispersion(found, path, modes)
-    show(dispersion_table(found), whole=True)
-    if found.frame == "spinning":
-        show("rates along axes that spin with the chain", soft_wrap=True)
+    if style is Style.JSON:
+        show_json(dispersion_record(found, path))
+    elif style.is_text:
+        show(dispersion_table(found), whole=True)
+        if found.frame == "spinning":
+            show("rates along axes that spin with the chain", soft_wrap=True)
     if found.why:
         note(f"{found.why}; the lattice is drawn alone")
     if modes is None:
         note(f"the modes of the chain are not drawn: {missing}")
-    show(str(path), soft_wrap=True)
+    if style.is_text:
+        show(str(path), soft_wrap=True)

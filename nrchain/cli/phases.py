@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from nrchain.cli.arguments import RUNS, Changes, SceneName, load
+from nrchain.cli.arguments import RUNS, Changes, Json, Quiet, SceneName, Style, load
 from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show, show_if_possible
-from nrchain.cli.terminal import console, note, report, warn
+from nrchain.cli.records import show_json
+from nrchain.cli.result_records import phases_record
+from nrchain.cli.terminal import console, note, paragraph, report, warn
 from nrchain.run.interruption import INTERRUPTED
 
 if TYPE_CHECKING:
@@ -76,6 +78,8 @@ def phases(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace another diagram in this folder.")
     ] = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Draw which attractor a chain reaches, and where the straight chain turns unstable."""
     from nrchain.cli.phase_tables import lines, regions_table
@@ -84,9 +88,10 @@ def phases(
     from nrchain.view.drawing import require_matplotlib
     from nrchain.view.phase_plots import save_phases
 
+    style = Style.of(as_json=as_json, quiet=quiet)
     require_matplotlib()
     axes = _axis("x", x), _axis("y", y)
-    loaded, _ = load(scene, changes)
+    loaded, _ = load(scene, changes, lines=style.is_text)
     place = output or RUNS / f"{Path(scene).stem}-phases"
     with _progress(place) as progress:
         found = compute(
@@ -103,11 +108,15 @@ def phases(
         )
     picture = save_phases(found, place / PICTURE)
     table = found.write_table(place / TABLE)
-    show_if_possible(regions_table(found), whole=True)
-    show_if_possible(*lines(found), soft_wrap=True)
+    if style.is_text:
+        show_if_possible(regions_table(found), whole=True)
+        show_if_possible(*map(paragraph, lines(found)), soft_wrap=True)
     for text in found.notes:
         note(text)
-    show(f"picture     {picture}", f"runs        {table}", soft_wrap=True)
+    if style is Style.JSON:
+        show_json(phases_record(found, picture, table))
+    elif style.is_text:
+        show(f"picture     {picture}", f"runs        {table}", soft_wrap=True)
     for region in found.regions:
         for one in region.verified:
             if not one.agrees:

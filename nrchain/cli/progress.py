@@ -23,16 +23,16 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def progress_bar(place: Path) -> Iterator[Update | None]:
+def progress_bar(place: Path, *, hidden: bool = False) -> Iterator[Update | None]:
     """Show the time reached by the run at ``place``; if interrupted, say how to continue it.
 
-    Nothing is to be updated where standard error is no terminal.
+    Nothing is to be updated where the bar is ``hidden`` or standard error is no terminal.
     """
     from nrchain.trajectory.file import locate
 
     screen = console(stderr=True)
     try:
-        with terminal_bar(screen) if screen.is_terminal else nullcontext() as draw:
+        with terminal_bar(screen) if screen.is_terminal and not hidden else nullcontext() as draw:
             yield None if draw is None else lambda progress: draw(progress.shown())
     except KeyboardInterrupt:
         if not locate(place).exists():

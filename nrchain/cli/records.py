@@ -14,7 +14,12 @@ from nrchain.cli.exits import show
 
 def show_json(record: Mapping[str, Any]) -> None:
     """Print a record as one JSON object; numbers that are not finite become null."""
-    show(json.dumps(_plain(record), ensure_ascii=True, allow_nan=False), soft_wrap=True)
+    show(json_text(record), soft_wrap=True)
+
+
+def json_text(record: Mapping[str, Any]) -> str:
+    """The JSON of a record, in ASCII and in one line."""
+    return json.dumps(_plain(record), ensure_ascii=True, allow_nan=False)
 
 
 def _plain(value: Any) -> Any:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from nrchain.cli.arguments import Run, find_run
+from nrchain.cli.arguments import Json, Quiet, Run, Style, Verbose, find_run
 from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors
 from nrchain.cli.progress import progress_bar, report_warnings
@@ -38,15 +38,19 @@ def resume(
             show_default=False,
         ),
     ] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Continue a run that was interrupted, killed or stopped by a budget, or extend it."""
     from nrchain.run.simulation import resume as continue_run
     from nrchain.trajectory.trajectory import Trajectory
 
+    style = Style.of(as_json=as_json, quiet=quiet, verbose=verbose)
     place = find_run(directory)
     kept = Trajectory.open(place)
     if kept.status == "completed" and until is None:
         note(f"{kept.path} is complete; there is nothing to resume")
-    with progress_bar(place) as progress, report_warnings():
+    with progress_bar(place, hidden=quiet) as progress, report_warnings():
         trajectory = continue_run(place, unwatched=unwatched, until=until, progress=progress)
-    finish(trajectory)
+    finish(trajectory, style)

@@ -8,12 +8,24 @@ from typing import Annotated
 
 import typer
 
-from nrchain.cli.arguments import RUNS, Changes, SceneName, find_start, load, report_risks
+from nrchain.cli.arguments import (
+    RUNS,
+    Changes,
+    Json,
+    Quiet,
+    SceneName,
+    Style,
+    Verbose,
+    find_start,
+    load,
+    report_risks,
+)
 from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show_if_possible
 from nrchain.cli.garbage import no_collection
 from nrchain.cli.progress import progress_bar, report_warnings
 from nrchain.cli.summary import finish
+from nrchain.cli.terminal import labelled
 
 
 @examples(
@@ -50,8 +62,12 @@ def run(
     verify: Annotated[
         bool, typer.Option("--verify", help="Estimate the error at each snapshot (run.verify).")
     ] = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Simulate a scene, and write its trajectory and a picture."""
+    style = Style.of(as_json=as_json, quiet=quiet, verbose=verbose)
     with no_collection():
         from nrchain.effects.registry import acting
         from nrchain.motion.integrators import find_integrator
@@ -64,17 +80,19 @@ def run(
     place = output or RUNS / Path(scene).stem
     folder, file = output_file(place, overwrite)
     source = None if start is None else find_start(start)
-    loaded, choice = load(scene, [*(changes or ()), *["run.verify=true"] * verify], source)
+    named = [*(changes or ()), *["run.verify=true"] * verify]
+    loaded, choice = load(scene, named, source, lines=style is Style.FULL)
     with no_collection():
         # an integrator imports its library when it is looked up
         find_integrator(integrator_of(loaded))
     risks = warnings(loaded)
     report_risks(loaded, risks)
     names = ", ".join(effect.name for effect in acting(loaded)) or "none"
-    show_if_possible(f"effects     {names}", soft_wrap=True)
+    if style.is_text:
+        show_if_possible(labelled("effects", names), soft_wrap=True)
     with (
         new_folder(folder) if folder else nullcontext(),
-        progress_bar(place) as progress,
+        progress_bar(place, hidden=quiet) as progress,
         report_warnings(known=risks),
     ):
         trajectory = simulate(
@@ -85,4 +103,4 @@ def run(
             choice=choice,
             start=source,
         )
-    finish(trajectory)
+    finish(trajectory, style)

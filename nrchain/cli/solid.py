@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from nrchain.cli.arguments import Changes, SceneName, load
+from nrchain.cli.arguments import Changes, Json, SceneName, load
 from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
+from nrchain.cli.records import show_json
+from nrchain.cli.result_records import solid_record
 from nrchain.cli.tables import entries_table, moduli_table
+from nrchain.cli.terminal import paragraph
 
 if TYPE_CHECKING:
     from nrchain.theory.rod.coarse_graining import Moduli
@@ -32,16 +35,21 @@ def solid(
             " strained chain."
         ),
     ] = "linear",
+    as_json: Json = False,
 ) -> None:
     """Show the elastic moduli of the chain, their symmetry, and what kind of solid they make."""
     from nrchain.theory.rod.coarse_graining import moduli
     from nrchain.theory.rod.constants import SYMBOLS
     from nrchain.theory.rod.material import Material
 
-    loaded, _ = load(scene, changes)
+    loaded, _ = load(scene, changes, lines=not as_json)
     found = moduli(loaded, stress)
+    material = Material(found.total, found.drag, found.error)
+    if as_json:
+        show_json(solid_record(found, material.odd, material.sourced))
+        return
     symmetry = found.symmetry
-    show(f"slip: {symmetry}", soft_wrap=True)
+    show(paragraph(f"slip: {symmetry}"), soft_wrap=True)
     if symmetry.isotropic:
         show(moduli_table(found), whole=True)
         rest = len(SYMBOLS) - len(symmetry.symbols())
@@ -49,8 +57,8 @@ def solid(
             show(f"the other {rest} of {len(SYMBOLS)} constants vanish by the symmetry of the slip")
     else:
         show(entries_table(found), whole=True)
-    material = Material(found.total, found.drag, found.error)
-    show(f"moduli: {material.symmetry}", *_lines(found, material), soft_wrap=True)
+    lines = [f"moduli: {material.symmetry}", *_lines(found, material)]
+    show(*map(paragraph, lines), soft_wrap=True)
     if stress == "linear":
         show("--stress cut gives the stress at finite strain, which does the work in cycles")
 

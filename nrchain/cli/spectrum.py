@@ -7,9 +7,12 @@ from typing import Annotated
 
 import typer
 
-from nrchain.cli.arguments import Changes, SceneName, find_run, load
+from nrchain.cli.arguments import Changes, Json, SceneName, find_run, load
 from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
+from nrchain.cli.records import show_json
+from nrchain.cli.result_records import spectrum_record
+from nrchain.cli.terminal import paragraph
 
 
 @examples(
@@ -28,15 +31,19 @@ def spectrum(
         ),
     ] = None,
     modes: Annotated[int, typer.Option(min=1, help="Number of leading eigenvalues.")] = 10,
+    as_json: Json = False,
 ) -> None:
     """Show how small changes of a state of a chain grow, oscillate and decay."""
     from nrchain.cli.spectrum_tables import modes_table, sensitivities_table, summary
     from nrchain.states.spectrum import spectrum as compute
     from nrchain.trajectory.trajectory import Trajectory
 
-    loaded, _ = load(scene, changes)
+    loaded, _ = load(scene, changes, lines=not as_json)
     poses = None if at is None else Trajectory.open(find_run(at))
     found = compute(loaded, poses, modes=modes)
-    show(*summary(found), soft_wrap=True)
+    if as_json:
+        show_json(spectrum_record(found))
+        return
+    show(*map(paragraph, summary(found)), soft_wrap=True)
     show(modes_table(found))
     show(sensitivities_table(found))

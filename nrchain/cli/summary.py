@@ -2,45 +2,43 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
+from nrchain.cli.arguments import Style
 from nrchain.cli.exits import STOPPED, show_if_possible
 from nrchain.cli.garbage import no_collection
-from nrchain.cli.tables import ERRORS_NOTE, counters_table, effects_table, errors_table
-from nrchain.cli.terminal import note, report
+from nrchain.cli.records import json_text
+from nrchain.cli.result_records import run_record
+from nrchain.cli.tables import ERRORS_NOTE, counters_table, counts, effects_table, errors_table
+from nrchain.cli.terminal import LABEL, labelled, note, paragraph, report
 from nrchain.errors import TrajectoryError
 
 if TYPE_CHECKING:
+    from nrchain.analysis.measure import Attractor
     from nrchain.trajectory.trajectory import Trajectory
 
 PICTURE, PICTURE_IN_SPACE = "chain.png", "chain-3d.png"
 EFFECTS_PICTURE, FLOW_PICTURE = "effects.png", "flow.png"
 
+WHOLE = {"soft_wrap": True}
+"""Lines are as wide as they should be."""
 
-def finish(trajectory: Trajectory) -> None:
+
+def finish(trajectory: Trajectory, style: Style) -> None:
     """Draw the picture, print what the run did and where it is, and exit by how it ended."""
-    from nrchain.run.work import DEFINITION
-
     picture = _draw(trajectory)
-    show_if_possible(counters_table(trajectory), whole=True)
-    show_if_possible(DEFINITION, soft_wrap=True)
-    if trajectory.position_error is not None:
-        show_if_possible(errors_table(trajectory))
-        show_if_possible(ERRORS_NOTE, soft_wrap=True)
-    show_if_possible(effects_table(trajectory))
-    if trajectory.status == "completed" and trajectory.reason:
-        show_if_possible(f"complete    {trajectory.reason}", soft_wrap=True)
-    if trajectory.status == "completed":
-        show_if_possible(f"attractor   {_attractor(trajectory)}", soft_wrap=True)
-    if trajectory.provenance:
-        show_if_possible(f"start       {trajectory.provenance.line}", soft_wrap=True)
-    if trajectory.path:
-        show_if_possible(f"trajectory  {trajectory.path}", soft_wrap=True)
-    if picture:
-        show_if_possible(f"picture     {picture}", soft_wrap=True)
+    if style is Style.JSON:
+        show_if_possible(json_text(run_record(trajectory, picture, _found(trajectory))), **WHOLE)
+    elif style.is_text:
+        if style is Style.FULL:
+            _show_tables(trajectory)
+        else:
+            _show_counts(trajectory)
+        _show_ends(trajectory, picture)
     if trajectory.path is None:
         report(f"nothing is kept: {trajectory.reason or 'the file was removed during the run'}")
         raise typer.Exit(STOPPED)
@@ -49,8 +47,42 @@ def finish(trajectory: Trajectory) -> None:
         raise typer.Exit(STOPPED)
 
 
+def _show_tables(trajectory: Trajectory) -> None:
+    """All counts, errors and effects."""
+    from nrchain.run.work import DEFINITION
+
+    show_if_possible(counters_table(trajectory), whole=True)
+    show_if_possible(paragraph(DEFINITION), **WHOLE)
+    if trajectory.position_error is not None:
+        show_if_possible(errors_table(trajectory))
+        show_if_possible(paragraph(ERRORS_NOTE), **WHOLE)
+    show_if_possible(effects_table(trajectory))
+
+
+def _show_counts(trajectory: Trajectory) -> None:
+    """How far the run came, and what that took, in a few lines."""
+    for label, text in counts(trajectory).items():
+        show_if_possible(labelled(label, text), **WHOLE)
+
+
+def _show_ends(trajectory: Trajectory, picture: Path | None) -> None:
+    """How the run ended, and its files."""
+    lines = {}
+    if trajectory.status == "completed":
+        lines["complete"] = trajectory.reason
+        lines["attractor"] = _attractor(trajectory)
+    if trajectory.provenance:
+        lines["start"] = trajectory.provenance.line
+    for label, text in lines.items():
+        if text:
+            show_if_possible(labelled(label, text), **WHOLE)
+    for label, path in (("trajectory", trajectory.path), ("picture", picture)):
+        if path:
+            show_if_possible(f"{label:<{LABEL}}{path}", **WHOLE)
+
+
 def _attractor(trajectory: Trajectory) -> str:
-    """What the chain has settled in, as far as the snapshots tell."""
+    """What the chain has settled in, as far as the snapshots tell, in words."""
     from nrchain.analysis.measure import MeasurementError, attractor
 
     with no_collection():
@@ -58,6 +90,17 @@ def _attractor(trajectory: Trajectory) -> str:
             return str(attractor(trajectory, further=False))
         except MeasurementError as error:
             return f"not known: {error}"
+
+
+def _found(trajectory: Trajectory) -> Attractor | None:
+    """What the chain has settled in; None if the run stopped, or if that is not known."""
+    from nrchain.analysis.measure import MeasurementError, attractor
+
+    if trajectory.status != "completed":
+        return None
+    with no_collection(), suppress(MeasurementError):
+        return attractor(trajectory, further=False)
+    return None
 
 
 def _why_stopped(trajectory: Trajectory) -> str:

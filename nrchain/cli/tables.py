@@ -57,6 +57,34 @@ def counters_table(trajectory: Trajectory) -> Table:
     return table
 
 
+def counts(trajectory: Trajectory) -> dict[str, str]:
+    """What a run reached, what it counted and what it took, a line each, by its label."""
+    from nrchain.run.work import cost_of
+
+    work = cost_of(trajectory).work
+    wall = trajectory.counters.get("wall_time", 0.0)
+    lines = {
+        "reached": f"t = {trajectory.time[-1]:.6g}, {len(trajectory)} snapshots",
+        "steps": f"{work.steps}, with {work.evaluations} right-hand sides, {work.jacobians} "
+        f"Jacobians and {work.solves} solves",
+        "time": f"{_processor_time(trajectory)} of the processor, {wall:.2f} s in all",
+    }
+    if trajectory.choice is not None:
+        choice = trajectory.choice
+        lines["left out"] = ", ".join(choice.left_out) or "nothing: the full model"
+        if choice.left_out:
+            lines["left out"] += (
+                f"; poses stay within {choice.bound:.2g} radii or radians, {choice.tolerance:g} is "
+                "allowed"
+            )
+    if trajectory.position_error is not None and trajectory.frame_error is not None:
+        radius = trajectory.scene.chain.radius
+        errors = (trajectory.position_error / radius, trajectory.frame_error)
+        positions, frames = (_error(float(part.max())) for part in errors)
+        lines["error"] = f"positions {positions} a, frames {frames} rad, the largest"
+    return lines
+
+
 def errors_table(trajectory: Trajectory) -> Table:
     """The estimated errors of a verified run, at up to :data:`ERROR_ROWS` of its times."""
     table = plain_table()

@@ -66,16 +66,30 @@ def console(stderr: bool = False) -> Console:
     return _PlainConsole(stderr=stderr, markup=False, emoji=False, highlight=False)
 
 
-def list_item(text: str) -> str:
-    """A text as an item of a list, broken at blanks to the width of the terminal."""
+LABEL = 12
+"""Columns of the label of a line."""
+
+
+def paragraph(text: str, first: str = "", others: str = "") -> str:
+    """A text broken at blanks to the width of the terminal; ``first`` and ``others`` indent it."""
     return textwrap.fill(
         text,
         console().width,
-        initial_indent="  - ",
-        subsequent_indent="    ",
+        initial_indent=first,
+        subsequent_indent=others,
         break_long_words=False,
         break_on_hyphens=False,
     )
+
+
+def list_item(text: str) -> str:
+    """A text as an item of a list."""
+    return paragraph(text, "  - ", "    ")
+
+
+def labelled(label: str, text: str) -> str:
+    """A text behind its label."""
+    return paragraph(text, f"{label:<{LABEL}}", " " * LABEL)
 
 
 def transliterate_output() -> None:

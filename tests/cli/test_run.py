@@ -19,7 +19,7 @@ def test_run_simulates_writes_and_draws(tmp_path):
     """A real run of a small scene, without the stub."""
     result = call(
         *("run", "buckling", "-o", tmp_path / "new" / "place"),
-        *("--set", "chain.particles=4", "--set", "run.end=1.0", "--set", "run.snapshots=3"),
+        *("--set", "chain.particles=4", "--set", "run.end=1.0", "--set", "run.snapshots=3", "-v"),
     )
     assert result.exit_code == 0, result.stderr
     trajectory = Trajectory.open(tmp_path / "new" / "place")
@@ -32,7 +32,7 @@ def test_run_simulates_writes_and_draws(tmp_path):
 
 
 def test_a_key_without_effect_is_named_before_the_run(tmp_path, stub):
-    result = call("run", "passive", "-o", tmp_path, "--set", "slip.neighbours=2")
+    result = call("run", "passive", "-o", tmp_path, "--set", "slip.neighbours=2", "-v")
     assert "note: slip.neighbours has no effect: no mode has a strength" in result.stderr
     assert "without effect" in result.stdout
 
@@ -41,7 +41,7 @@ def test_a_run_judges_its_chain_once(tmp_path, monkeypatch):
     judged = []
     judge = regime.judge
     monkeypatch.setattr(regime, "judge", lambda scene: judged.append(scene) or judge(scene))
-    result = call("run", "buckling", "-o", tmp_path, "--set", "run.max_steps=1")
+    result = call("run", "buckling", "-o", tmp_path, "--set", "run.max_steps=1", "-v")
     assert "left out" in result.stdout
     assert len(judged) == 1
 
@@ -95,8 +95,9 @@ def test_effects_chosen_by_tolerance_are_printed(tmp_path, stub):
     changes = ["--set", "effects=auto", "--set", "tolerance=0.01", "--set", "run.end=4"]
     result = call("run", "passive", "-o", tmp_path, *changes)
     assert result.exit_code == 0, result.stderr
-    assert "left out friction between spheres" in result.stdout
-    assert "0.01 is allowed" in result.stdout
+    shown = " ".join(result.stdout.split())
+    assert "left out friction between spheres" in shown
+    assert "0.01 is allowed" in shown
     assert stub.scene.effects == "named"
     assert Trajectory.open(tmp_path).choice.left_out == ("friction between spheres",)
     assert "left out friction between spheres" in call("plan", "passive", *changes).stdout
@@ -106,7 +107,7 @@ def test_effects_chosen_by_tolerance_are_printed(tmp_path, stub):
 def test_brackets_are_not_markup(tmp_path, stub, monkeypatch):
     odd = [("[red]effect", ":smile: [/x]")]
     monkeypatch.setattr(description, "effect_rows", lambda scene: (odd, []))
-    result = call("run", "passive", "-o", tmp_path)
+    result = call("run", "passive", "-o", tmp_path, "-v")
     assert "[red]effect" in result.stdout
     assert ":smile: [/x]" in result.stdout
 
@@ -115,7 +116,7 @@ def test_a_run_completes_without_its_picture(tmp_path, stub):
     (tmp_path / PICTURE).mkdir()
     result = call("run", "passive", "-o", tmp_path)
     assert_refused(result, "note: no picture is drawn", "Is a directory", code=0)
-    assert "simulated" in result.stdout
+    assert "trajectory" in result.stdout
     stub.reason = "at t = 41: spheres touch"
     result = call("run", "passive", "-o", tmp_path, "--overwrite")
     assert result.exit_code == STOPPED
@@ -202,7 +203,7 @@ def test_a_run_that_stops_early_says_what_is_kept(tmp_path, stub):
     scene = load_scene("passive")
     parts = (stub.reason, f"11 of {scene.run.snapshots} snapshots", f"of {scene.run.end:g}")
     assert_refused(result, *parts, code=STOPPED)
-    assert "simulated" in result.stdout
+    assert "reached     t = 40, 11 snapshots" in result.stdout
     assert (tmp_path / PICTURE).exists()
 
 
@@ -233,7 +234,9 @@ def test_resuming_a_complete_run_says_so(tmp_path):
 
 def test_a_verified_run_shows_its_errors(tmp_path):
     """A real run of a small scene: the last row has the errors of the last snapshot, in radii."""
-    result = call("run", "passive", "-o", tmp_path, "--verify", *SMALL, "--set", "chain.radius=2")
+    result = call(
+        "run", "passive", "-o", tmp_path, "--verify", *SMALL, "--set", "chain.radius=2", "-v"
+    )
     assert result.exit_code == 0, result.stderr
     trajectory = Trajectory.open(tmp_path)
     assert trajectory.scene.run.verify
@@ -245,4 +248,4 @@ def test_a_verified_run_shows_its_errors(tmp_path):
 
 
 def test_a_run_that_is_not_verified_shows_no_errors(tmp_path):
-    assert "positions (a)" not in call("run", "passive", "-o", tmp_path, *SMALL).stdout
+    assert "positions (a)" not in call("run", "passive", "-o", tmp_path, *SMALL, "-v").stdout

@@ -21,9 +21,9 @@ found, bar, load = {}, nrchain.cli.run.progress_bar, Cache.load_overload
 loaded = []
 
 @contextmanager
-def watched_bar(place):
+def watched_bar(place, **options):
     found["before"] = [name for name in NAMES if name in sys.modules]
-    with bar(place) as update:
+    with bar(place, **options) as update:
         yield update
 
 def counted(cache, *what):
