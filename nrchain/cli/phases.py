@@ -19,7 +19,7 @@ from nrchain.cli.terminal import console, note, paragraph, report, warn
 from nrchain.run.interruption import INTERRUPTED
 
 if TYPE_CHECKING:
-    from nrchain.diagrams.jobs import Progress
+    from nrchain.jobs.crew import Progress
 
 PICTURE, TABLE = "phases.png", "runs.csv"
 

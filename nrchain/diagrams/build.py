@@ -11,15 +11,15 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from nrchain.diagrams.curves import Curve, Do, trace
-from nrchain.diagrams.jobs import Job
 from nrchain.diagrams.linear import Length, Lengths, Rate, rate
 from nrchain.diagrams.mesh import Cell, Mesh
 from nrchain.diagrams.plane import Axis, Plane, Site
 from nrchain.diagrams.regions import Region, connected
 from nrchain.diagrams.trials import UNDECIDED, PhasePoint, Trial, run_trial
 from nrchain.diagrams.verification import Verification, verify
+from nrchain.jobs.crew import Job
 from nrchain.scene.loading import load_scene
-from nrchain.scene.scene import Scene
+from nrchain.scene.toml import flat_keys
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,12 @@ class Request:
             for name, axis in (("x", plane.x), ("y", plane.y))
         }
         last = {"levels": plane.levels, "starts": list(self.starts)}
-        return axes | last | {"most": self.most, "longest": self.longest} | _flat(plane.scene)
+        return (
+            axes
+            | last
+            | {"most": self.most, "longest": self.longest}
+            | flat_keys(plane.scene.to_mapping())
+        )
 
     @classmethod
     def from_mapping(cls, table: Mapping[str, Any]) -> Request:
@@ -63,16 +68,8 @@ class Request:
 
 _OWN = ("x", "y", "levels", "starts", "most", "longest")
 
-
-def _flat(scene: Scene) -> dict[str, Any]:
-    """The keys of a scene, dotted."""
-    flat: dict[str, Any] = {}
-    for name, value in scene.to_mapping().items():
-        table = (
-            {f"{name}.{key}": v for key, v in value.items()} if isinstance(value, Mapping) else {}
-        )
-        flat |= table or {name: value}
-    return flat
+WHAT = "phase diagram"
+"""What a folder with such a request holds, in messages."""
 
 
 class Built(NamedTuple):

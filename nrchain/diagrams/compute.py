@@ -8,14 +8,14 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
-from nrchain.diagrams.build import Request
+from nrchain.diagrams.build import WHAT, Request
 from nrchain.diagrams.diagram import PhaseDiagram
-from nrchain.diagrams.jobs import Crew, Progress
-from nrchain.diagrams.ledger import Ledger, opened
 from nrchain.diagrams.plane import Axis, Plane
 from nrchain.diagrams.starts import STARTS, read_starts
 from nrchain.errors import SceneError
 from nrchain.inputs.rules import is_number, whole
+from nrchain.jobs.crew import Crew, Progress
+from nrchain.jobs.ledger import Ledger, opened
 from nrchain.progress import updates
 from nrchain.run.ensemble import available_cores
 from nrchain.run.interruption import deferred
@@ -80,6 +80,7 @@ def phases(
     progress
         True shows a bar in a terminal or a notebook, on standard error. A function is called with
         a :class:`~nrchain.diagrams.jobs.Progress` at each result.
+        Called with a :class:`~nrchain.jobs.crew.Progress` at each result.
 
     Raises
     ------
@@ -119,7 +120,7 @@ def _ledger(request: Request, output: str | Path | None, overwrite: bool) -> Ite
     if output is None:
         yield Ledger({})
         return
-    with opened(Path(output), request.to_mapping(), overwrite=overwrite) as ledger:
+    with opened(Path(output), request.to_mapping(), what=WHAT, overwrite=overwrite) as ledger:
         yield ledger
 
 

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nrchain.diagrams.jobs import FAILED, Job
-from nrchain.diagrams.ledger import Result
 from nrchain.diagrams.linear import Rate, crossing
 from nrchain.diagrams.mesh import Cell, Mesh, corners
 from nrchain.diagrams.plane import Plane, Site
+from nrchain.jobs.crew import FAILED, Job
+from nrchain.jobs.ledger import Result
 from nrchain.notebook import record_html
 from nrchain.wording import brief
 

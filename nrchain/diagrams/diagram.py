@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
 
-from nrchain.diagrams.build import Request, build
+from nrchain.diagrams.build import WHAT, Request, build
 from nrchain.diagrams.curves import Curve, Do
-from nrchain.diagrams.ledger import read_request, read_results
 from nrchain.diagrams.mesh import Cell
 from nrchain.diagrams.plane import Axis
 from nrchain.diagrams.regions import Region
 from nrchain.diagrams.trials import PhasePoint
 from nrchain.errors import TrajectoryError
+from nrchain.jobs.ledger import read_request, read_results
 from nrchain.notebook import table_html
 from nrchain.scene.scene import Scene
 from nrchain.wording import brief, span
@@ -82,7 +82,7 @@ class PhaseDiagram:
 
         Raises :class:`~nrchain.errors.TrajectoryError` where there is none.
         """
-        table = read_request(Path(folder))
+        table = read_request(Path(folder), WHAT)
         try:
             request = Request.from_mapping(table)
         except (KeyError, TypeError) as error:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nrchain.diagrams.jobs import FAILED
-from nrchain.diagrams.ledger import Result
+from nrchain.jobs.crew import FAILED
+from nrchain.jobs.ledger import Result
 from nrchain.run.interruption import Interruption
 from nrchain.scene.scene import Scene
 from nrchain.states.critical import critical_strength

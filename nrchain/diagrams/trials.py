@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from nrchain.analysis import measure
-from nrchain.diagrams.jobs import FAILED
-from nrchain.diagrams.ledger import Result
 from nrchain.diagrams.linear import Length
 from nrchain.diagrams.plane import Site
 from nrchain.diagrams.starts import start_poses
 from nrchain.errors import NrchainError
+from nrchain.jobs.crew import FAILED
+from nrchain.jobs.ledger import Result
 from nrchain.notebook import record_html
 from nrchain.notices import ignore
 from nrchain.outcome import Cause

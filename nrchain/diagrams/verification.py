@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nrchain.diagrams.jobs import FAILED
-from nrchain.diagrams.ledger import Result
 from nrchain.diagrams.linear import Length
 from nrchain.diagrams.trials import Trial, reached, simulated
 from nrchain.errors import NrchainError
+from nrchain.jobs.crew import FAILED
+from nrchain.jobs.ledger import Result
 from nrchain.notebook import record_html
 from nrchain.run.interruption import Interruption
 from nrchain.scene.scene import Scene

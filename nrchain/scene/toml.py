@@ -95,6 +95,19 @@ def change(table: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, An
     return changed
 
 
+def flat_keys(table: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of a raw table by dotted key.
+
+    >>> flat_keys({"chain": {"particles": 3}, "title": "mine"})
+    {'chain.particles': 3, 'title': 'mine'}
+    """
+    flat: dict[str, Any] = {}
+    for name, value in table.items():
+        inner = value if isinstance(value, Mapping) else {}
+        flat |= {f"{name}.{key}": item for key, item in inner.items()} or {name: value}
+    return flat
+
+
 def parse_assignment(text: str) -> tuple[str, Any]:
     """``(key, value)`` of ``key=value``, as in ``slip.2s=50``.
 

@@ -14,8 +14,9 @@ import pytest
 from support.selection import few_of
 
 import nrchain
-from nrchain.diagrams import jobs, trials
+from nrchain.diagrams import trials
 from nrchain.errors import SceneError, TrajectoryError
+from nrchain.jobs import crew
 
 X, Y = ("slip.2s", 0.0, 1500.0, 3), ("elasticity.bend", 1500.0, 2500.0, 3)
 
@@ -109,7 +110,7 @@ def test_a_folder_is_opened_and_goes_on_where_it_was_left(tmp_path, monkeypatch)
     partial = nrchain.PhaseDiagram.open(folder)
     assert not partial.is_complete
     done = []
-    monkeypatch.setattr(jobs, "attempt", counted(done))
+    monkeypatch.setattr(crew, "attempt", counted(done))
     assert small(output=folder) == kept()
     assert len(done) == len(lines) - 20
 
@@ -126,7 +127,7 @@ def test_a_diagram_of_which_little_is_finished_can_be_read_and_drawn(count, tmp_
 
 
 def counted(done):
-    attempt = jobs.attempt
+    attempt = crew.attempt
 
     def count(function, arguments, interruption):
         done.append((function, repr(arguments)))

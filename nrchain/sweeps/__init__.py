@@ -1,0 +1,1 @@
+"""Sweeps: one scene at many points of its keys, each run once, with what is observed."""
