@@ -55,6 +55,8 @@ if TYPE_CHECKING:
     from nrchain.states.modes import Mode
     from nrchain.states.spectrum import Spectrum, spectrum
     from nrchain.states.state import State, find_state
+    from nrchain.sweeps.compute import sweep
+    from nrchain.sweeps.result import Sweep, SweepPoint
     from nrchain.theory import lattice, rod
     from nrchain.theory.dispersion import Dispersion, dispersion
     from nrchain.theory.lattice import (
@@ -155,6 +157,9 @@ _MODULE_OF = {
     "film": "nrchain.view.films",
     "render": "nrchain.view.space.render",
     "Slip": "nrchain.hydrodynamics.slip",
+    "Sweep": "nrchain.sweeps.result",
+    "SweepPoint": "nrchain.sweeps.result",
+    "sweep": "nrchain.sweeps.compute",
     "load_scene": "nrchain.scene.loading",
     "scene_names": "nrchain.scene.toml",
     "Section": "nrchain.inputs.rules",
@@ -197,6 +202,8 @@ __all__ = [
     "Spectrum",
     "State",
     "StateBranch",
+    "Sweep",
+    "SweepPoint",
     "Trajectory",
     "TrajectoryError",
     "UnknownNameError",
@@ -249,6 +256,7 @@ __all__ = [
     "steady_rotation",
     "steady_stress",
     "steady_velocity",
+    "sweep",
     "unregister_effect",
     "work",
 ]

@@ -13,8 +13,6 @@ from __future__ import annotations
 
 import math
 import os
-import platform
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -53,15 +51,13 @@ from nrchain.trajectory.layout import (
     TIME,
     VERSIONS,
 )
-from nrchain.version import __version__
+from nrchain.version import __version__, versions
 
 CHUNK_BYTES = 2**16
 """About the size of a chunk of a time series."""
 
 BLOCK_BYTES = 2**20
 """Bytes of a new file that are written at once."""
-
-_RECORDED = ("numpy", "scipy", "numba", "scikit-sundae", "pystokes", "h5py")
 
 
 def write_new_file(
@@ -115,18 +111,7 @@ def _write_parameters(file: Any, scene: Scene, choice: str, name: Path, provenan
     if provenance:
         _write_text(file, PROVENANCE, provenance)
     _write_effects(file, scene)
-    versions = file.create_group(VERSIONS)
-    versions.attrs["nrchain"] = __version__
-    versions.attrs["python"] = platform.python_version()
-    for package in _RECORDED:
-        versions.attrs[package] = _version(package)
-
-
-def _version(package: str) -> str:
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        return "not installed"
+    file.create_group(VERSIONS).attrs.update(versions())
 
 
 def _write_scene(file: Any, scene: Scene) -> None:
