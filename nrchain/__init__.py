@@ -70,7 +70,14 @@ if TYPE_CHECKING:
     from nrchain.theory.rod import Material, Rod, rod_of
     from nrchain.theory.rod.coarse_graining import moduli
     from nrchain.trajectory.trajectory import Snapshot, Trajectory
-    from nrchain.view import dispersion_plots, effect_plots, flow_plots, phase_plots, plots
+    from nrchain.view import (
+        dispersion_plots,
+        effect_plots,
+        flow_plots,
+        phase_plots,
+        plots,
+        sweep_plots,
+    )
     from nrchain.view.films import film
     from nrchain.view.space.render import render
 
@@ -91,6 +98,7 @@ _MODULES = {
     "rod": "nrchain.theory.rod",
     "rules": "nrchain.inputs.rules",
     "slip_modes": "nrchain.hydrodynamics.slip_modes",
+    "sweep_plots": "nrchain.view.sweep_plots",
     "work": "nrchain.run.work",
 }
 _MODULE_OF = {
@@ -257,6 +265,7 @@ __all__ = [
     "steady_stress",
     "steady_velocity",
     "sweep",
+    "sweep_plots",
     "unregister_effect",
     "work",
 ]

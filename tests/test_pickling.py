@@ -99,6 +99,11 @@ def diagram():
     )
 
 
+@cache
+def swept():
+    return nrchain.sweep(scene(), {"slip.2s": [0.0, 50.0]})
+
+
 def branches():
     small = nrchain.load_scene("buckling", **{"chain.particles": 6})
     return nrchain.continue_state(small, {"slip.2s": (400.0, 900.0)}, branches=1)
@@ -161,6 +166,8 @@ SPECIMENS = {
     "nrchain.Spectrum": lambda: threshold().spectrum,
     "nrchain.State": lambda: nrchain.find_state(nrchain.load_scene("wave")),
     "nrchain.StateBranch": lambda: branches().branches[0],
+    "nrchain.Sweep": swept,
+    "nrchain.SweepPoint": lambda: swept().points[0],
     "nrchain.Trajectory": trajectory,
     "nrchain.TrajectoryError": lambda: nrchain.TrajectoryError("runs/a: is missing"),
     "nrchain.UnknownNameError": lambda: nrchain.UnknownNameError("'a' is not known"),

@@ -29,6 +29,7 @@ from nrchain.cli.run import run
 from nrchain.cli.scenes import scenes
 from nrchain.cli.solid import solid
 from nrchain.cli.spectrum import spectrum
+from nrchain.cli.sweep import sweep
 from nrchain.cli.terminal import discard_output, report, transliterate_output
 from nrchain.version import __version__
 
@@ -89,6 +90,7 @@ for command in (
     spectrum,
     phases,
     branch,
+    sweep,
 ):
     app.command(cls=CommandWithExamples)(command)
 

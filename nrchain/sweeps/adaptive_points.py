@@ -69,8 +69,8 @@ class AdaptivePoints:
         places: list[np.ndarray] = []
         told: list[Target] = []
         while len(told) < samples:
-            count = min(batch, samples - len(told)) if told else 2 ** len(self._ends)
-            asked = learner.ask(count)
+            # the last round is the beginning of a whole one: more samples begin with the same
+            asked = learner.ask(batch if told else 2 ** len(self._ends))[: samples - len(told)]
             found = sites(self._scene, [self._values(place) for place in asked])
             yield found
             places += asked

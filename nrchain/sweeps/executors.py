@@ -7,6 +7,7 @@ import pickle
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
+from pathlib import Path
 from typing import Any, Self
 
 from nrchain.errors import NrchainError, SceneError
@@ -97,6 +98,9 @@ def cluster(address: str) -> Iterator[Any]:
     Raises :class:`~nrchain.errors.NrchainError` where no scheduler answers.
     """
     distributed = optional("distributed", "cluster", "a cluster of Dask")
+    if address.endswith(".json") and not Path(address).is_file():
+        # Dask would wait for the file
+        raise SceneError("cluster", address, "there is no such file; dask scheduler writes it")
     place = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
     try:
         client = distributed.Client(**place, timeout=PATIENCE, set_as_default=False)
