@@ -37,6 +37,8 @@ GENERIC = {
     "key=value": "slip.2s=1",
     "SECONDS]": "1",
     "KEY=LOW:HIGH": "slip.2s=0:1",
+    "KEY=VALUES": "slip.2s=0:1:3",
+    "NAMES": "end.size",
     "PATH[:FRAME]]": "runs/mine:2",
     "TIME]": "40",
     "FILE": "run.gsd",

@@ -14,6 +14,7 @@ from nrchain.cli.arguments import RUNS, Changes
 from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
 from nrchain.cli.terminal import console, note, report
+from nrchain.progress import terminal_bar
 from nrchain.run.interruption import INTERRUPTED
 
 if TYPE_CHECKING:
@@ -275,15 +276,13 @@ def _read_points(path: Path) -> list[dict[str, Any]]:
 @contextmanager
 def _progress(place: Path) -> Iterator[Report | None]:
     """Show a bar; if interrupted, say how to continue."""
-    from nrchain.sweeps.progress import bar
-
     screen = console(stderr=True)
     try:
         if not screen.is_terminal:
             yield None
             return
-        with bar(screen) as update:
-            yield update
+        with terminal_bar(screen) as update:
+            yield lambda progress: update(progress.shown())
     except KeyboardInterrupt:
         report(
             f"interrupted; what is finished is kept in {shlex.quote(str(place))}; the same command"

@@ -12,6 +12,7 @@ from nrchain.errors import SceneError
 from nrchain.inputs.rules import whole
 from nrchain.jobs.ledger import RESULTS, Ledger, opened
 from nrchain.notices import warn
+from nrchain.progress import updates
 from nrchain.run.interruption import deferred
 from nrchain.scene.loading import load_scene
 from nrchain.scene.scene import Scene
@@ -20,7 +21,7 @@ from nrchain.sweeps.adaptive_points import BATCH, AdaptivePoints, Target
 from nrchain.sweeps.executors import Workers, check_functions, check_workers
 from nrchain.sweeps.observables import DEFAULT, Observable, read_observables
 from nrchain.sweeps.points import Site, Values, all_changes, portable, sites
-from nrchain.sweeps.progress import Counter, Report, bar
+from nrchain.sweeps.progress import Counter, Report, SweepProgress
 from nrchain.sweeps.result import WHAT, Sweep
 from nrchain.sweeps.tables import write_tables
 from nrchain.sweeps.task import Shard, Task
@@ -137,7 +138,7 @@ def sweep(
     aim = _target(target, observables)
     folder = None if output is None else Path(output)
     with (
-        _reporting(progress) as report,
+        updates(progress, SweepProgress.shown) as report,
         _ledger(base, folder, part, overwrite) as ledger,
         deferred() as interruption,
         Workers(executor, workers, processes) as crew,
@@ -185,15 +186,6 @@ def _target(target: str | None, observables: Mapping[str, Observable | None]) ->
     if target not in observables:
         raise SceneError("target", target, f"must be observed: {', '.join(observables)}")
     return target
-
-
-@contextmanager
-def _reporting(progress: Report | bool | None) -> Iterator[Report | None]:
-    if progress is True:
-        with bar() as update:
-            yield update
-    else:
-        yield progress or None
 
 
 @contextmanager

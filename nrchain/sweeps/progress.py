@@ -1,12 +1,12 @@
-"""How far a sweep is: what its ``progress`` function gets, and a bar of it."""
+"""How far a sweep is: what its ``progress`` function gets."""
 
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+
+from nrchain.progress import Shown
 
 Report = Callable[["SweepProgress"], None]
 
@@ -29,6 +29,11 @@ class SweepProgress:
     total: int
     failed: int
     left: float | None
+
+    def shown(self) -> Shown:
+        """What the bar of a sweep shows."""
+        failed = f"{self.failed} failed" if self.failed else ""
+        return Shown(self.done, self.total, f"{self.done} of {self.total} points", failed)
 
 
 class Counter:
@@ -59,41 +64,3 @@ class Counter:
             each = (clock.monotonic() - self._start) / self._new
             left = each * (self._total - self._done)
         self._report(SweepProgress(self._done, self._total, self._failed, left))
-
-
-@contextmanager
-def bar(screen: Any = None) -> Iterator[Report]:
-    """Show points done, failures, the time that has passed and an estimate of what is left.
-
-    ``screen`` is a console of rich; by default standard error.
-    """
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (
-        MofNCompleteColumn(),
-        BarColumn(bar_width=None),
-        TextColumn("{task.fields[failed]}"),
-        TimeElapsedColumn(),
-        TextColumn("{task.fields[left]}"),
-    )
-    with Progress(*columns, console=screen or Console(stderr=True), transient=True) as shown:
-        task = shown.add_task("", total=None, failed="", left="")
-
-        def update(progress: SweepProgress) -> None:
-            shown.update(
-                task,
-                total=progress.total,
-                completed=progress.done,
-                failed=f"{progress.failed} failed" if progress.failed else "",
-                left="" if progress.left is None else f"left {_clock(progress.left)}",
-            )
-
-        yield update
-
-
-def _clock(seconds: float) -> str:
-    """Hours, minutes and seconds, as ``0:02:05``."""
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02}:{rest:02}"

@@ -12,6 +12,7 @@ from nrchain.errors import TrajectoryError
 from nrchain.inputs.names import Named, unknown_name
 from nrchain.jobs.crew import FAILED
 from nrchain.jobs.ledger import Result, read_request, read_results
+from nrchain.notebook import table_html
 from nrchain.scene.loading import load_scene
 from nrchain.scene.scene import Scene
 from nrchain.scene.toml import flat_keys
@@ -97,6 +98,10 @@ class SweepPoint:
         shown = ", ".join(f"{key} = {value!r}" for key, value in self.values.items())
         found = ", ".join(f"{key} {value!r}" for key, value in self.observables.items())
         return f"<SweepPoint {shown}: {self.outcome}; {found}>"[:300]
+
+    def _repr_html_(self) -> str:
+        rows = [*self.values.items(), ("outcome", self.outcome), *self.observables.items()]
+        return table_html(f"Point {self.name}", rows)
 
 
 @dataclass(frozen=True, repr=False)
@@ -190,6 +195,14 @@ class Sweep:
 
     def __len__(self) -> int:
         return len(self.points)
+
+    def _repr_html_(self) -> str:
+        names = self.observables
+        rows = [
+            [*p.values.values(), p.outcome, *(p.observables.get(n, "") for n in names)]
+            for p in self.points
+        ]
+        return table_html(f"Sweep of {len(self)} points", rows, (*self.keys, "outcome", *names))
 
     def __repr__(self) -> str:
         over, place = ", ".join(self.keys), f", {str(self.folder)!r}" if self.folder else ""
