@@ -31,8 +31,8 @@ SHOWN = 5
 
 
 @examples(
-    "nrchain sweep buckling --grid slip.2s=-100:100:21 --observe end.size -o runs/sizes",
-    "nrchain sweep show runs/sizes",
+    "nrchain sweep wave --grid slip.3t=0:1000:9 --observe end.size -o runs/a",
+    "nrchain sweep show runs/a",
 )
 @one_line_errors()
 def sweep(
