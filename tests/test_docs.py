@@ -113,7 +113,7 @@ def test_commands_exist_with_their_options(name, monkeypatch, tmp_path):
             studies = command.make_context("validation", arguments).params["names"] or ()
             assert set(studies) <= set(STUDIES)
             continue
-        if words[1] in ("COMMAND", "--help", "--version"):
+        if words[1] == "COMMAND" or words[1].startswith("--"):
             continue
         group = typer.main.get_command(app)
         context = group.make_context("nrchain", ["effects"])

@@ -47,6 +47,7 @@ class _OneLineGroup(TyperGroup):
     def main(self, args: Sequence[str] | None = None, *given: Any, **options: Any) -> Any:
         words = sys.argv[1:] if args is None else list(args)
         options["standalone_mode"] = False
+        options.setdefault("prog_name", "nrchain")
         try:
             code = super().main(words or ["--help"], *given, **options)
         except _UsageError as error:
@@ -70,7 +71,6 @@ app = typer.Typer(
     name="nrchain",
     help="Simulate chains of active colloids with nonreciprocal interactions.",
     cls=_OneLineGroup,
-    add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )

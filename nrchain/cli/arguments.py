@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from nrchain.cli.completion import complete_key, complete_scene
 from nrchain.cli.exits import show_if_possible
 from nrchain.cli.terminal import note, paragraph, warn
 from nrchain.errors import NrchainError, TrajectoryError
@@ -23,13 +24,19 @@ RUNS = Path("runs")
 
 Run = Annotated[Path, typer.Argument(help="Directory or file of a run.", show_default=False)]
 SceneName = Annotated[
-    str, typer.Argument(help="Name of a shipped scene, or a TOML file.", show_default=False)
+    str,
+    typer.Argument(
+        help="Name of a shipped scene, or a TOML file.",
+        show_default=False,
+        autocompletion=complete_scene,
+    ),
 ]
 Changes = Annotated[
     list[str] | None,
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
+        autocompletion=complete_key,
         help="Change a key of the scene, such as slip.2s=50, in the units of the scene."
         " Can be repeated.",
     ),

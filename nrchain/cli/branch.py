@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from nrchain.cli.arguments import RUNS, Changes, Json, Quiet, SceneName, Style, find_run, load
+from nrchain.cli.completion import complete_number
 from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
 from nrchain.cli.records import show_json
@@ -42,6 +43,7 @@ def branch(
         list[str],
         typer.Option(
             metavar="KEY=LOW:HIGH",
+            autocompletion=complete_number,
             help="A number of the scene and its range, such as slip.2s=0:150."
             " Several vary together.",
         ),

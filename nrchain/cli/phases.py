@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from nrchain.cli.arguments import RUNS, Changes, Json, Quiet, SceneName, Style, load
+from nrchain.cli.completion import complete_number
 from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show, show_if_possible
 from nrchain.cli.records import show_json
@@ -35,13 +36,19 @@ def phases(
         str,
         typer.Option(
             metavar="KEY=LOW:HIGH",
+            autocompletion=complete_number,
             help="Key and range of the first axis; a third number is the points of its first grid.",
             show_default=False,
         ),
     ],
     y: Annotated[
         str,
-        typer.Option(metavar="KEY=LOW:HIGH", help="Those of the second axis.", show_default=False),
+        typer.Option(
+            metavar="KEY=LOW:HIGH",
+            autocompletion=complete_number,
+            help="Those of the second axis.",
+            show_default=False,
+        ),
     ],
     changes: Changes = None,
     start: Annotated[

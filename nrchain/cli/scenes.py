@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from nrchain.cli.arguments import Changes, Json
+from nrchain.cli.completion import complete_scene
 from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
 from nrchain.cli.records import show_json
@@ -25,6 +26,7 @@ def scenes(
         typer.Argument(
             help="A shipped scene or a TOML file, to print with a comment on every key.",
             show_default=False,
+            autocompletion=complete_scene,
         ),
     ] = None,
     changes: Changes = None,
