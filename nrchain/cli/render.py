@@ -56,6 +56,9 @@ def render(
         bool, typer.Option("--frames/--no-frames", help="Draw e₁ and e₂ of every sphere.")
     ] = True,
     tube: Annotated[bool, typer.Option("--tube/--no-tube", help="Draw the centreline.")] = True,
+    tracers: Annotated[
+        int, typer.Option(min=0, help="Number of tracers that the fluid carries along.")
+    ] = 0,
     size: Annotated[
         str | None,
         typer.Option(
@@ -103,6 +106,7 @@ def render(
             follow=follow,
             frames=frames,
             tube=tube,
+            tracers=tracers,
             size=_size(size),
             snapshot=-1 if snapshot is None else snapshot,
             times=times,

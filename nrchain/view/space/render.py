@@ -11,7 +11,7 @@ import numpy as np
 
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.inputs.optional import optional
-from nrchain.inputs.rules import is_whole
+from nrchain.inputs.rules import is_whole, whole
 from nrchain.scene.unwrapping import unwrapped_chain
 from nrchain.trajectory.file import refuse_existing
 from nrchain.trajectory.trajectory import Trajectory
@@ -22,6 +22,7 @@ from nrchain.view.space.camera import View, direction
 from nrchain.view.space.colouring import PLAIN, Colouring, colouring
 from nrchain.view.space.opengl import require_display, require_opengl
 from nrchain.view.space.stage import Look, Stage
+from nrchain.view.space.tracers import Tracers, trace
 
 ENDINGS = (".png", *FILMS)
 SIZE, GIF_SIZE = (1280, 720), (800, 450)
@@ -37,6 +38,7 @@ def render(
     follow: bool = False,
     frames: bool = True,
     tube: bool = True,
+    tracers: int = 0,
     size: tuple[int, int] | None = None,
     snapshot: int = -1,
     times: int | None = None,
@@ -69,6 +71,10 @@ def render(
         Whether the camera moves with the middle of the chain.
     frames, tube
         Whether to draw e₁ (dark) and e₂ (orange) of every sphere, and the centreline.
+    tracers
+        How many tracers the flow of the fluid (:func:`nrchain.flow`) carries past the chain, with
+        the paths behind them. Where the fluid moves too far from frame to frame, they are slower
+        than the chain, and the film says how much. A PNG shows paths in the flow of its time.
     size
         Width and height in pixels: 1280 × 720, and 800 × 450 for a GIF.
     snapshot
@@ -111,10 +117,12 @@ def render(
     else:
         shown = np.array([_check_snapshot(snapshot, len(trajectory.time))])
     chosen = chosen_snapshots(trajectory, shown)
+    whole(least=0)("tracers", tracers)
     coloured = colouring(chosen, colour)
     (require_display if target is None else require_opengl)()
     pyvista = optional("pyvista", "view", "drawing in three dimensions")
-    with _stage(pyvista, chosen, look, coloured, off_screen=target is not None) as stage:
+    carried = trace(chosen, tracers) if tracers else None
+    with _stage(pyvista, chosen, look, coloured, carried, target is not None) as stage:
         if target is None:
             stage.open_window()
         elif not film:
@@ -136,6 +144,7 @@ def _stage(
     trajectory: Trajectory,
     look: Look,
     coloured: Colouring | None,
+    carried: Tracers | None,
     off_screen: bool,
 ) -> Iterator[Stage]:
     """The stage with the chain; closed at the end."""
@@ -143,7 +152,7 @@ def _stage(
     positions = unwrapped_chain(scene, trajectory.positions) / scene.chain.radius
     # VTK writes to standard error which displays it tried before the one that works
     with pyvista.vtk_verbosity("off"):
-        stage = Stage(pyvista, trajectory, positions, look, coloured, off_screen)
+        stage = Stage(pyvista, trajectory, positions, look, coloured, carried, off_screen)
         try:
             yield stage
         finally:

@@ -49,6 +49,13 @@ def sphere(pyvista: Any, count: int) -> Template:
     return Template(outward, outward, faces)
 
 
+def dot(pyvista: Any, radius: float) -> Template:
+    """A small sphere about the origin."""
+    mesh = pyvista.Icosphere(radius=1.0, nsub=1)
+    outward = np.array(mesh.points, float)
+    return Template(radius * outward, outward, mesh.faces.reshape(-1, 4)[:, 1:])
+
+
 def arrow(pyvista: Any, axis: int, length: float, thickness: float) -> Template:
     """An arrow from the origin along body axis ``axis``."""
     head = 3.2 * thickness / length

@@ -12,11 +12,16 @@ from nrchain.trajectory.trajectory import Trajectory
 from nrchain.view.shown import FRAME_LENGTH
 from nrchain.view.space.camera import ANGLE, Camera, View, Window, fit
 from nrchain.view.space.colouring import Colouring
-from nrchain.view.space.shapes import Template, Tube, arrow, sphere
+from nrchain.view.space.shapes import Template, Tube, arrow, dot, sphere
+from nrchain.view.space.tracers import Tracers
 
 LIGHT, DARK, NEUTRAL, INK = "#d4e6f4", "#2a6499", "#b9bec4", "#262626"
 ARROWS = ("#111111", "#d55e00")
 """Colours of e₁ and e₂."""
+TRACER, TRAIL = "#4d4d4d", "#9a9a9a"
+"""Colours of tracers and of the paths behind them."""
+TRACER_RADIUS = 0.22
+"""In radii of the spheres."""
 ONE_SIGN, TWO_SIGNS = "viridis", "coolwarm"
 """Maps of colours for quantities of one sign and of both."""
 WORDS_ROOM, BAR_ROOM = 0.1, 0.16
@@ -53,7 +58,8 @@ class Look:
 class Stage:
     """The chain of a trajectory, of which :meth:`show` draws one snapshot after the other.
 
-    ``positions`` (F, N, 3) are those of the trajectory, in radii, with the chain unwrapped.
+    ``positions`` (F, N, 3) are those of the trajectory, in radii, with the chain unwrapped. Paths
+    of tracers are in the units of the trajectory.
     """
 
     def __init__(
@@ -63,11 +69,13 @@ class Stage:
         positions: np.ndarray,
         look: Look,
         colouring: Colouring | None,
+        tracers: Tracers | None,
         off_screen: bool,
     ) -> None:
         self._pyvista, self._look, self._colouring = pyvista, look, colouring
         self._time, self._frames, self._positions = trajectory.time, trajectory.frames, positions
         chain = trajectory.scene.chain
+        self._radius = chain.radius
         # a theme of its own: that of the process is not read
         self.plotter = pyvista.Plotter(
             off_screen=off_screen,
@@ -86,9 +94,12 @@ class Stage:
         self._tube = Tube(chain.particles) if look.tube and chain.particles > 1 else None
         if self._tube is not None:
             self._draw_tube(self._tube)
+        self._paths = None if tracers is None else tracers.paths / chain.radius
+        if tracers is not None:
+            self._draw_tracers(tracers)
         if colouring is not None:
             self._draw_bar(colouring.label)
-        self._write(trajectory)
+        self._write(trajectory, "" if tracers is None else tracers.words)
         self._camera = self._fit_camera(length if look.frames else 1.0)
         self.show(len(self._time) - 1)
 
@@ -110,6 +121,10 @@ class Stage:
             _move(mesh, template.place(positions, frames))
         if self._tube is not None:
             _move(self._tube_mesh, self._tube.place(positions))
+        if self._paths is not None:
+            paths = self._paths[index]
+            self._trails.points = paths.reshape(-1, 3)
+            _move(self._heads, self._head.place(paths[:, -1], self._upright))
         if self._colouring is not None:
             values = self._colouring.values[index]
             if self._colouring.of == "spheres":
@@ -188,6 +203,20 @@ class Stage:
             mesh.point_data["values"] = np.zeros(mesh.n_points)
             self._add(mesh, scalars="values", **self._map())
 
+    def _draw_tracers(self, tracers: Tracers) -> None:
+        count, places = tracers.paths.shape[1:3]
+        paths = tracers.paths[-1] / self._radius
+        lines = np.arange(count * places).reshape(count, places)
+        lines = np.column_stack([np.full(count, places), lines])
+        self._trails = self._pyvista.PolyData(paths.reshape(-1, 3), lines=lines.ravel())
+        look = {"color": TRAIL, "line_width": max(1.0, 1.6 * self._scale), "lighting": False}
+        self.plotter.add_mesh(self._trails, reset_camera=False, render=False, **look)
+        self._head = dot(self._pyvista, TRACER_RADIUS)
+        self._upright = np.broadcast_to(np.eye(3), (count, 3, 3))
+        placed = self._head.place(paths[:, -1], self._upright)
+        self._heads = self._mesh(placed, self._head.copies(count))
+        self._add(self._heads, color=TRACER)
+
     def _map(self) -> dict[str, Any]:
         assert self._colouring is not None
         colours = TWO_SIGNS if self._colouring.signed else ONE_SIGN
@@ -214,9 +243,11 @@ class Stage:
     def _scale(self) -> float:
         return self._look.size[1] / 720
 
-    def _write(self, trajectory: Trajectory) -> None:
+    def _write(self, trajectory: Trajectory, remark: str) -> None:
+        """Write the title of the scene, its facts and a remark, the time, and the axes of space."""
         scene, scale = trajectory.scene, self._scale
         facts = f"{modes_text(scene.slip)},  {scene.chain.ends} ends,  N = {scene.chain.particles}"
+        facts += f",  {remark}" * bool(remark)
         # between dollars, VTK would read mathematics
         title = scene.title.replace("$", r"\$")
         for text, height, size in ((title, 0.955, 14), (facts, 0.92, 12)):

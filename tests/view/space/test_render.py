@@ -36,6 +36,7 @@ nrchain.render(chain, f"{folder}/plain.png", size=(320, 180))
 before = process_state.state()
 for name, options in {
     "first.png": {"snapshot": 0},
+    "tracers.png": {"tracers": 60},
     "above.png": {"view": "z", "frames": False, "tube": False},
     "bend.png": {"colour": "bend"},
         "slip.png": {"colour": "effect:slip 2s"},
@@ -84,7 +85,7 @@ def is_ink(image):
 
 def test_pictures_have_their_size_and_are_not_blank(drawn):
     names = [path.name for path in drawn.glob("*.png")]
-    assert len(names) == 5
+    assert len(names) == 6
     for name in names:
         image = picture(drawn, name)
         assert image.shape == (180, 320, 3)
@@ -93,7 +94,7 @@ def test_pictures_have_their_size_and_are_not_blank(drawn):
 
 def test_what_is_asked_for_is_seen(drawn):
     plain = picture(drawn, "plain.png")
-    for name in ("first.png", "above.png", "bend.png"):
+    for name in ("first.png", "above.png", "bend.png", "tracers.png"):
         assert np.mean(np.abs(picture(drawn, name) - plain).max(axis=-1) > 60) > 2e-3, name
 
 
