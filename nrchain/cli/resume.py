@@ -17,6 +17,7 @@ from nrchain.cli.terminal import note
 @examples(
     "nrchain resume runs/buckling",
     "nrchain resume runs/mine --until 2000",
+    "nrchain resume runs/mine --unwatched",
 )
 @one_line_errors()
 def resume(

@@ -157,4 +157,7 @@ def _numbers(path: Path, array: ElementTree.Element, wide: bool) -> np.ndarray:
         )
     if array.get("format") == "ascii":
         return np.array(text.split(), kind)
-    return np.frombuffer(base64.b64decode(text)[8 if wide else 4 :], kind)
+    content, head = base64.b64decode(text, validate=True), 8 if wide else 4
+    if int.from_bytes(content[:head], "little") != len(content) - head:
+        raise TrajectoryError(f"{path}: {array.get('Name')} is cut short")
+    return np.frombuffer(content[head:], kind)

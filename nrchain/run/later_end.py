@@ -18,13 +18,13 @@ WHOLE = 1e-9
 """Largest distance of a later end from a whole number of intervals between snapshots, relative."""
 
 
-def extend(done: Trajectory, until: float) -> Trajectory:
+def extend(done: Trajectory, until: float, unwatched: bool = False) -> Trajectory:
     """The run of ``done``, not finished yet, with the end ``until``; its file is made anew.
 
     Raises :class:`~nrchain.errors.SceneError` for an end that is not later or no whole number of
     intervals, and where the scene would be refused with that end, and
-    :class:`~nrchain.errors.TrajectoryError` for a run that has settled, or whose effects were
-    chosen and do not suffice up to that end.
+    :class:`~nrchain.errors.TrajectoryError` for a run that has settled. So it does for chosen
+    effects that do not suffice up to that end, unless the run is to go on ``unwatched``.
     """
     assert done.path is not None
     if done.status == "completed" and done.reason:
@@ -34,7 +34,9 @@ def extend(done: Trajectory, until: float) -> Trajectory:
         )
     scene = later_scene(done.scene, until)
     starting_poses(scene)
-    choice = None if done.choice is None else _choice(scene, done.choice)
+    choice = done.choice
+    if choice is not None and not unwatched:
+        choice = _choice(scene, choice)
     run, last = done.scene.run, done[-1]
     step = Step(
         "extended",

@@ -194,7 +194,7 @@ def resume(
         done = Trajectory.open(path)
         start = start_from_checkpoint(done, unwatched)
         if until is not None:
-            start = start_from_checkpoint(extend(done, until), unwatched)
+            start = start_from_checkpoint(extend(done, until, unwatched), unwatched)
         assert done.path is not None
         with (
             updates(progress, Progress.shown) as update,

@@ -199,6 +199,15 @@ def test_files_of_another_kind_are_refused_in_one_line(tmp_path, ending):
         assert "odd" in str(error.value)
 
 
+def test_a_cut_array_of_vtk_is_refused(folder, tmp_path):
+    path, text = tmp_path / "cut.vtp", (folder / "first-vtp" / "000000.vtp").read_text()
+    begin = text.index('Name="e2"')
+    end = text.index("</DataArray>", begin)
+    path.write_text(text[: end - 16] + text[end:])
+    with pytest.raises(TrajectoryError, match="e2 is cut short"):
+        read_start(path)
+
+
 def test_xyz_of_another_program_needs_orientations(tmp_path):
     path = tmp_path / "other.xyz"
     path.write_text("1\nProperties=species:S:1:pos:R:3\nX 0 0 0\n")

@@ -187,3 +187,6 @@ def test_a_later_end_that_needs_other_effects_is_refused_with_their_keys(tmp_pat
     with pytest.raises(TrajectoryError, match=r"to t = 40.*takes slip\.neighbours = 'all'"):
         nrchain.resume(tmp_path, until=40.0)
     assert nrchain.Trajectory.open(tmp_path).scene == named
+    unwatched = nrchain.resume(tmp_path, until=40.0, unwatched=True)
+    assert unwatched.status == "completed"
+    assert unwatched.choice.watched_until == 20.0
