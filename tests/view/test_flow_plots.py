@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.pictures import assert_looks_like
 
 import nrchain
 from nrchain.errors import SceneError
@@ -99,3 +100,9 @@ def test_a_picture_is_saved(tmp_path, ending):
 def test_bad_options_are_refused(changes, message):
     with pytest.raises(SceneError, match=message):
         draw_flow(scene(), **changes)
+
+
+def test_the_picture_looks_as_it_did(tmp_path):
+    trajectory = nrchain.simulate(scene(**{"slip.3a": 30.0}))
+    path = save_flow(trajectory, tmp_path / "a.png", frame=0, title=False)
+    assert_looks_like(path, "flow")

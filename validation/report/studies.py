@@ -28,6 +28,10 @@ STUDIES: dict[str, Study] = {
         "validation.pair_laws.run",
         "Pair laws: PyStokes, the closed forms and the paper, side by side",
     ),
+    "flow": Study(
+        "validation.flow.run",
+        "The flow: at any points, against PyStokes and resolved spheres, directly and by a tree",
+    ),
     "rest": Study("validation.rest.run", "The chain at rest: prestress, pre-moment, V₀ and Ω₀"),
     "linear_response": Study(
         "validation.linear_response.run",

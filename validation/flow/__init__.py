@@ -1,0 +1,1 @@
+"""The flow of the fluid at any points, against PyStokes and resolved spheres."""
