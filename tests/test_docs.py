@@ -1,8 +1,10 @@
-"""README, docs and CONTRIBUTING: examples run, commands and files exist, keys are the code's."""
+"""README, docs and CONTRIBUTING: blocks run, commands and files exist, keys are the code's."""
 
 import configparser
+import itertools
 import re
 import shlex
+import subprocess
 import tomllib
 import typing
 from pathlib import Path
@@ -10,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import typer
+from support.pages import blocks, commands, run_page, text_of
 from support.poses import pose_derivative, random_chain
 
 import nrchain
@@ -26,9 +29,15 @@ from validation.__main__ import app as validation_app
 from validation.report.studies import STUDIES
 
 ROOT = Path(__file__).parents[1]
-DOCS = sorted((ROOT / "docs").glob("*.md"))
-PAGES = {path.name: path for path in (ROOT / "README.md", *DOCS, ROOT / "CONTRIBUTING.md")}
+DOCS = sorted((ROOT / "docs").rglob("*.md"))
+PAGES = {
+    str(path.relative_to(ROOT / "docs")) if path in DOCS else path.name: path
+    for path in (ROOT / "README.md", *DOCS, ROOT / "CONTRIBUTING.md")
+}
 SCENES, RUNNING, EFFECTS = (PAGES[f"{name}.md"] for name in ("scenes", "running", "effects"))
+
+SHELL = {">", "|", "&&", ";"}
+"""Words that end a command in a line of a shell."""
 
 GENERIC = {
     "[-o": "-o",
@@ -46,12 +55,8 @@ GENERIC = {
 """What stands in a usage line of a command, and a value for it."""
 
 
-def text_of(page):
-    return page.read_text(encoding="utf-8")
-
-
-def blocks(page, language):
-    return re.findall(rf"^```{language}\n(.*?)^```", text_of(page), re.S | re.M)
+def blocks_in(page, language):
+    return [block.text for block in blocks(page) if block.language == language]
 
 
 def rows(text):
@@ -68,23 +73,31 @@ def registries(monkeypatch):
     monkeypatch.setattr(registry, "_EFFECTS", dict(registry._EFFECTS))
 
 
-def run_examples(page):
-    """Run the Python blocks of a page one after the other; what they leave, by name."""
-    names = {"__name__": "example"}
-    for block in blocks(page, "python"):
-        exec(compile(block, page.name, "exec"), names)
-    return names
+RUN = {"python", "sh"}
 
 
-@pytest.mark.parametrize("name", [n for n in PAGES if "```python" in text_of(PAGES[n])])
-def test_python_examples_run(name, registries, monkeypatch, tmp_path):
+@pytest.mark.parametrize(
+    "name", [n for n, page in PAGES.items() if RUN & {b.language for b in blocks(page)}]
+)
+def test_blocks_run(name, registries, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
-    run_examples(PAGES[name])
+    run_page(PAGES[name])
 
 
-@pytest.mark.parametrize("name", [n for n in PAGES if "```toml" in text_of(PAGES[n])])
+@pytest.mark.parametrize("name", PAGES)
+def test_blocks_that_are_not_run_say_why_and_can_be_read(name):
+    for block in blocks(PAGES[name]):
+        if block.reason and block.language == "sh":
+            assert len(block.reason.split()) > 2
+            subprocess.run(["bash", "-n", "-c", block.text], check=True)
+        elif block.reason:
+            assert block.language == "python"
+            compile(block.text, name, "exec")
+
+
+@pytest.mark.parametrize("name", [n for n in PAGES if blocks_in(PAGES[n], "toml")])
 def test_toml_examples_are_scenes(name):
-    for block in blocks(PAGES[name], "toml"):
+    for block in blocks_in(PAGES[name], "toml"):
         table = tomllib.loads(block)
         base = table if "chain" in table else "passive"
         assert isinstance(nrchain.load_scene(base, **table), Scene)
@@ -92,10 +105,11 @@ def test_toml_examples_are_scenes(name):
 
 def commands_of(page):
     """Every command that a page names, with or without arguments, as words."""
-    shown = [line for block in blocks(page, "sh") for line in block.splitlines()]
+    shown = [line for block in blocks_in(page, "sh") for line in commands(block)]
     shown += re.findall(r"`([^`]*)`", re.sub(r"```.*?```", "", text_of(page), flags=re.S))
     for line in shown:
-        words = shlex.split(line.replace("\\|", "|").split(" > ")[0], comments=True)
+        words = shlex.split(line.replace("\\|", "|"), comments=True)
+        words = list(itertools.takewhile(lambda word: word not in SHELL, words))
         words = [word for word in words if word not in ("...]", "[--overwrite]", "[--verify]")]
         words = [GENERIC.get(word, word) for word in words]
         if words[:1] == ["nrchain"] and len(words) > 1:
@@ -230,7 +244,7 @@ def test_the_layout_of_files_is_named():
 def test_both_installation_lines_build_pystokes_fast_and_performance_names_the_flags():
     """The build leaves out debug information and compiles modules side by side."""
     study = text_of(ROOT / "validation" / "performance" / "run.py")
-    shell = "".join(blocks(PAGES["README.md"], "sh"))
+    shell = "".join(blocks_in(PAGES["README.md"], "sh"))
     lines = [line for line in shell.splitlines() if "pip install" in line]
     assert len(lines) == 2
     for line in lines:
@@ -249,14 +263,14 @@ def test_the_readme_is_short():
 
 def test_the_parts_of_a_motion_add_up(registries, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
-    found = run_examples(EFFECTS)["found"]
+    found = run_page(EFFECTS)["found"]
     total = sum(part.twist for part in found.values())
     assert total == pytest.approx(found.total.twist, abs=1e-12 * np.abs(found["bend"].twist).max())
 
 
 def test_the_tether_pulls_to_its_point(registries, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
-    names = run_examples(EFFECTS)
+    names = run_page(EFFECTS)
     changes = {"chain.particles": 5, "chain.ends": "free", "run.end": 10.0}
     scene = nrchain.load_scene(names["scene"], **changes)
     tether, poses = names["Tether"](scene), random_chain(5)
