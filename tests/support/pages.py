@@ -6,6 +6,7 @@ and with :data:`CHEAP` options; other lines in a shell. ``<!-- not run: REASON -
 keeps it from running; its syntax and its options are still checked.
 """
 
+import itertools
 import re
 import shlex
 import subprocess
@@ -14,6 +15,7 @@ from pathlib import Path
 
 from typer.testing import CliRunner
 
+import nrchain
 from nrchain.cli.app import app
 
 CHEAP = {
@@ -90,6 +92,7 @@ def run_command(command: str) -> None:
     if words[0] != "nrchain" or not plain:
         subprocess.run(["bash", "-ec", command], check=True, capture_output=True)
         return
+    simulate_named(words)
     words, file = (words[:-2], words[-1]) if words[-2] == ">" else (words, None)
     result = CliRunner().invoke(app, [*cheap(words[1:])])
     assert result.exit_code == 0, f"{command}\n{result.stderr}{result.exception or ''}"
@@ -97,9 +100,22 @@ def run_command(command: str) -> None:
         Path(file).write_text(result.stdout, encoding="utf-8")
 
 
+def simulate_named(words: list[str]) -> None:
+    """A short run for each folder ``runs/SCENE`` that a command reads and that is not there."""
+    for before, word in itertools.pairwise(words):
+        name = word.removeprefix("runs/").partition(":")[0]
+        folder = Path("runs", name)
+        if word.startswith("runs/") and before not in ("-o", "--output") and not folder.exists():
+            scene = name if name in nrchain.scene_names() else "buckling"
+            short = {"chain.particles": 6, "run.end": 20.0, "run.snapshots": 5}
+            nrchain.simulate(nrchain.load_scene(scene, **short), output=folder)
+
+
 def cheap(words: list[str]) -> list[str]:
     """The words of a command with options that make it fast."""
     if words[0] == "phases":
         words = [re.sub(r"^([\w.]+=[^:]+:[^:]+)(:\d+)?$", r"\1:2", word) for word in words]
+    if any(word.endswith((".gif", ".mp4")) for word in words):
+        words = [*words, "--times", "2"]
     options = CHEAP.get(words[0], [])
     return words + (options[2:] if options[:1] == ["--start"] and "--start" in words else options)
