@@ -50,6 +50,7 @@ GENERIC = {
     "NAMES": "end.size",
     "PATH[:FRAME]]": "runs/mine:2",
     "TIME]": "40",
+    "T]": "1",
     "FILE": "run.gsd",
 }
 """What stands in a usage line of a command, and a value for it."""

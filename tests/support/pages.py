@@ -115,6 +115,8 @@ def cheap(words: list[str]) -> list[str]:
     """The words of a command with options that make it fast."""
     if words[0] == "phases":
         words = [re.sub(r"^([\w.]+=[^:]+:[^:]+)(:\d+)?$", r"\1:2", word) for word in words]
+    if words[0] == "sweep":
+        words = [re.sub(r"^([\w.]+=[^:]+:[^:]+):\d+", r"\1:2", word) for word in words]
     if any(word.endswith((".gif", ".mp4")) for word in words):
         words = [*words, "--times", "2"]
     options = CHEAP.get(words[0], [])
