@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         UnknownNameError,
     )
     from nrchain.exchange.export import export
+    from nrchain.figures.catalogue import draw_figure, save_figure
     from nrchain.hydrodynamics import slip_modes
     from nrchain.hydrodynamics.slip import Slip
     from nrchain.hydrodynamics.slip_mode import SlipMode
@@ -164,6 +165,8 @@ _MODULE_OF = {
     "find_state": "nrchain.states.state",
     "film": "nrchain.view.films",
     "render": "nrchain.view.space.render",
+    "draw_figure": "nrchain.figures.catalogue",
+    "save_figure": "nrchain.figures.catalogue",
     "Slip": "nrchain.hydrodynamics.slip",
     "Sweep": "nrchain.sweeps.result",
     "SweepPoint": "nrchain.sweeps.result",
@@ -227,6 +230,7 @@ __all__ = [
     "describe",
     "dispersion",
     "dispersion_plots",
+    "draw_figure",
     "effect_plots",
     "elastic_energy",
     "elastic_wrenches",
@@ -256,6 +260,7 @@ __all__ = [
     "rod",
     "rod_of",
     "rules",
+    "save_figure",
     "scene_names",
     "simulate",
     "simulate_many",

@@ -20,6 +20,7 @@ from nrchain.cli.effects import effects
 from nrchain.cli.examples import CommandWithExamples, show_exit_codes
 from nrchain.cli.exits import BROKEN_PIPE, REFUSED, report_unwritable_output, show
 from nrchain.cli.export import export
+from nrchain.cli.figure import figure
 from nrchain.cli.phases import phases
 from nrchain.cli.plan import plan
 from nrchain.cli.plot import plot
@@ -82,6 +83,7 @@ for command in (
     scenes,
     effects,
     plot,
+    figure,
     export,
     render,
     cost,

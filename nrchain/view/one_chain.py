@@ -52,6 +52,7 @@ def draw_flat(
     many = shown.chains.shape[1] > DISCERNIBLE
     dots = spheres == "dots" or (not many and spheres == "auto")
     round_ones = spheres == "scale" or (spheres == "auto" and not many and stretch == 1.0)
+    edge = 0.25 if spheres == "scale" else 0.0
     for number, (chain, colour) in enumerate(zip(shown.chains, shown.colours, strict=True)):
         flat = chain[:, plane]
         look = LINE | {"color": colour, "linewidth": CHAIN_WIDTH, "solid_joinstyle": "round"}
@@ -63,7 +64,7 @@ def draw_flat(
             discs = EllipseCollection(
                 size, size, 0 * size, units="xy", offsets=flat, offset_transform=axes.transData
             )
-            discs.set(facecolor=colour, edgecolor=PAPER, linewidth=0.25, zorder=2)
+            discs.set(facecolor=colour, edgecolor=PAPER, linewidth=edge, zorder=2)
             axes.add_collection(discs, autolim=False)
         if frames:
             for vector in range(2):

@@ -1,0 +1,47 @@
+"""``nrchain figure``: which files it writes, what it says, and what it refuses."""
+
+import pytest
+from support.command_line import assert_refused, call
+
+from nrchain.cli.exits import REFUSED
+from nrchain.figures.catalogue import NUMBERS
+
+
+def test_a_figure_is_written_and_says_what_it_was_checked_against(tmp_path):
+    options = ("-o", tmp_path / "paper", "--width", "one", "--format", "svg", "--title")
+    answer = call("figure", "3", *options)
+    assert answer.exit_code == 0, answer.stderr
+    path = tmp_path / "paper" / "figure-3.svg"
+    assert path.read_text().startswith("<?xml")
+    assert answer.stdout.splitlines()[0] == str(path)
+    assert "2s: entries are in units of 0.0467 γ_T V" in answer.stdout
+    assert max(map(len, answer.stdout.splitlines()[1:])) <= 80
+
+
+def test_what_exists_is_replaced_only_on_request_and_before_time_is_spent(tmp_path):
+    mine = tmp_path / "figure-7.pdf"
+    mine.write_bytes(b"dear")
+    # of all figures, none is drawn
+    assert_refused(call("figure", "all", "-o", tmp_path), mine, "--overwrite")
+    assert [path.name for path in tmp_path.iterdir()] == ["figure-7.pdf"]
+    assert mine.read_bytes() == b"dear"
+    (tmp_path / "figure-3.pdf").write_bytes(b"old")
+    assert call("figure", "3", "-o", tmp_path, "--overwrite").exit_code == 0
+    assert (tmp_path / "figure-3.pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.parametrize(
+    "words", [("2",), ("3", "--width", "three"), ("3", "--format", "gif"), ("four",)]
+)
+def test_other_figures_and_formats_are_refused(tmp_path, words):
+    answer = call("figure", *words, "-o", tmp_path)
+    assert answer.exit_code == REFUSED
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.slow
+def test_all_figures_are_drawn(tmp_path):
+    answer = call("figure", "all", "-o", tmp_path, "--format", "png")
+    assert answer.exit_code == 0, answer.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == [f"figure-{n}.png" for n in NUMBERS]
+    assert all(path.stat().st_size > 50_000 for path in tmp_path.iterdir())
