@@ -18,8 +18,11 @@ from nrchain.geometry.quaternions import quaternions_of
 from nrchain.inputs.optional import optional
 from nrchain.trajectory.trajectory import Trajectory
 
-TIME, RECORD = "nrchain/time", "nrchain/record"
-"""Logged quantities: the time of each frame, and in the first the record as bytes."""
+TIME = "nrchain/time"
+"""The logged quantity that is the time of a frame."""
+
+RECORD = "nrchain/record"
+"""The chunk of the first frame with the record as bytes. It is not logged: OVITO lists what is."""
 
 SLACK = 1.01
 """The box over the extent of the chain in open directions, so that rounding stays inside."""
@@ -47,7 +50,7 @@ def write(trajectory: Trajectory, record: Record, path: Path) -> None:
             frame.bonds.N, frame.bonds.group, frame.bonds.types = len(pairs), pairs, ["link"]
             frame.log[TIME] = np.array([time])
             if k == 0:
-                frame.log[RECORD] = np.frombuffer(record.to_json().encode(), np.uint8)
+                file.file.write_chunk(RECORD, np.frombuffer(record.to_json().encode(), np.uint8))
             file.append(frame)
 
 
@@ -55,20 +58,21 @@ def read(path: Path, index: int) -> FramePoses:
     """Frame ``index`` of a GSD file with the schema of HOOMD; images are unwrapped."""
     with _library().open(str(path), "r") as file:
         place = pick_frame(path, index, len(file))
-        frame, first = file[place], file[0]
+        frame, text = file[place], ""
+        if file.file.chunk_exists(frame=0, name=RECORD):
+            text = file.file.read_chunk(frame=0, name=RECORD).tobytes().decode()
     box = np.asarray(frame.configuration.box, float)
     positions = np.asarray(frame.particles.position, float)
     images = frame.particles.image
     if images is not None:
         positions = positions + np.asarray(images, float) @ _box_vectors(box)
     time = frame.log.get(TIME)
-    text = first.log.get(RECORD)
     return FramePoses(
         positions,
         turned_frames(path, np.asarray(frame.particles.orientation, float)),
         place,
         None if time is None else float(time[0]),
-        Record.from_json("" if text is None else bytes(text).decode()),
+        Record.from_json(text),
         "float32",
     )
 

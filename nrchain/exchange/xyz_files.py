@@ -81,9 +81,11 @@ def read(path: Path, index: int) -> FramePoses:
 def _cell(trajectory: Trajectory) -> str:
     if trajectory.scene.chain.ends != "periodic":
         return 'pbc="F F F"'
-    across = 2.0 * (np.abs(trajectory.positions[..., 1:]).max() + trajectory.scene.chain.radius)
+    reach = np.abs(trajectory.positions[..., 1:]).max() + trajectory.scene.chain.radius
+    across = float(2.0 * reach)
     edges = np.diag([trajectory.scene.period, across, across]).ravel().tolist()
-    return f'Lattice="{" ".join(map(repr, edges))}" pbc="T F F"'
+    numbers = (" ".join(map(repr, of)) for of in (edges, [0.0, -across / 2, -across / 2]))
+    return 'Lattice="{}" Origin="{}" pbc="T F F"'.format(*numbers)
 
 
 def _frames(file: TextIO) -> Iterator[tuple[str, int]]:
