@@ -21,7 +21,7 @@ from nrchain.cli.exits import one_line_errors, show
 from nrchain.cli.records import show_json
 from nrchain.cli.result_records import dispersion_record
 from nrchain.cli.summary import check_absent
-from nrchain.cli.tables import dispersion_table
+from nrchain.cli.tables import frequency_table, growth_table
 from nrchain.cli.terminal import note
 
 PICTURE = "dispersion.png"
@@ -62,12 +62,14 @@ def dispersion(
     try:
         modes, missing = mode_waves(found), ""
     except SceneError as error:
-        modes, missing = None, str(error)
+        # of a chain without a straight state, what keeps it from one
+        straight = error.key == "at"
+        modes, missing = None, f"the straight chain {error.allowed}" if straight else str(error)
     save_dispersion(found, path, modes)
     if style is Style.JSON:
         show_json(dispersion_record(found, path))
     elif style.is_text:
-        show(dispersion_table(found), whole=True)
+        show(growth_table(found), frequency_table(found), whole=True)
         if found.frame == "spinning":
             show("rates along axes that spin with the chain", soft_wrap=True)
     if found.why:

@@ -74,10 +74,14 @@ def _lines(found: Moduli, material: Material) -> Iterator[str]:
         yield "hyperelastic: C is symmetric, the stress has an energy"
     if material.sourced:
         for name, rows in (("force", slice(0, 3)), ("torque", slice(3, 6))):
-            rest = float(np.linalg.norm(material.constants.presource[rows]))
-            strained = float(np.abs(material.constants.H[rows]).max())
+            values = material.constants.presource[rows], material.constants.H[rows]
+            bounds = found.error.presource[rows], found.error.H[rows]
+            # what is within its error is rounding
+            known = [np.where(np.abs(v) > b, v, 0.0) for v, b in zip(values, bounds, strict=True)]
+            rest, strained = float(np.linalg.norm(known[0])), float(np.abs(known[1]).max())
             sizes = f"{rest:.3g} at rest, up to {strained:.3g} per strain"
-            yield f"source: net {name} per length {sizes}"
+            if rest or strained:
+                yield f"source: net {name} per length {sizes}"
     else:
         yield "no source: the interactions conserve momentum and angular momentum"
     along, across, about, turning = found.drag.diagonal()[[0, 1, 3, 4]]

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from nrchain.accuracy.timing import Measured
     from nrchain.planning.plan import Plan
     from nrchain.theory.dispersion import Dispersion
+    from nrchain.theory.lattice import Branch
     from nrchain.theory.rod.coarse_graining import Moduli
     from nrchain.trajectory.trajectory import Trajectory
 
@@ -193,33 +194,54 @@ def entries_table(found: Moduli) -> Table:
     return table
 
 
-def dispersion_table(found: Dispersion) -> Table:
-    """Each branch where the lattice grows fastest: its rates by every theory, one branch a row."""
+def growth_table(found: Dispersion) -> Table:
+    """The largest growth of each branch on the lattice, and its growth there by every theory."""
     from nrchain.theory.lattice import Branch
 
-    table = plain_table("branch")
-    theories = ["lattice", *(["rod", "beam limit"] if found.rod else [])]
-    titles = ["fastest\nat qd", *(f"growth\n{name}" for name in theories)]
-    titles += [f"frequency\n{name}" for name in theories]
-    if found.rod:
-        titles.append("group velocity\nrod")
-    for title in titles:
-        table.add_column(title, justify="right", no_wrap=True)
+    table = _theories_table(found, "largest\ngrowth\nat qd", "growth")
     for branch in Branch:
         row = found.fastest(branch)
-        rates: list[complex | None] = [found.lattice[row, branch]]
-        cells = [f"{found.wavenumbers[row] * found.scene.chain.spacing:.4g}"]
-        for waves in (found.rod, found.beam) if found.rod else ():
-            known = waves is not None and branch in waves.branches
-            rates.append(waves.column(branch)[row] if waves is not None and known else None)
-        cells += [_rate(rate, growth=True) for rate in rates]
-        cells += [_rate(rate, growth=False) for rate in rates]
+        qd = f"{found.wavenumbers[row] * found.scene.chain.spacing:.4g}"
+        cells = [_rate(rate, growth=True) for rate in _theories(found, branch, row)]
+        table.add_row(branch.spoken, qd, *cells)
+    return table
+
+
+def frequency_table(found: Dispersion) -> Table:
+    """The frequency of each branch where it grows most, by every theory."""
+    from nrchain.theory.lattice import Branch
+
+    table = _theories_table(found, "at qd", "frequency")
+    if found.rod:
+        table.add_column("group velocity\nrod", justify="right", no_wrap=True)
+    for branch in Branch:
+        row = found.fastest(branch)
+        qd = f"{found.wavenumbers[row] * found.scene.chain.spacing:.4g}"
+        cells = [_rate(rate, growth=False) for rate in _theories(found, branch, row)]
         if found.rod:
             velocity = found.rod.velocities[row, branch]
             scale = abs(found.rod.rates[row, branch]) / found.wavenumbers[row]
             cells.append("0" if abs(velocity) <= ROUNDING * scale else f"{velocity:.4g}")
-        table.add_row(branch.spoken, *cells)
+        table.add_row(branch.spoken, qd, *cells)
     return table
+
+
+def _theories_table(found: Dispersion, place: str, what: str) -> Table:
+    """A table with a column for each theory, without rows."""
+    table = plain_table("branch")
+    theories = ["lattice", *(["rod", "beam limit"] if found.rod else [])]
+    for title in (place, *(f"{what}\n{name}" for name in theories)):
+        table.add_column(title, justify="right", no_wrap=True)
+    return table
+
+
+def _theories(found: Dispersion, branch: Branch, row: int) -> list[complex | None]:
+    """The rate of a branch at one wavenumber by every theory; None where one has no such branch."""
+    rates: list[complex | None] = [found.lattice[row, branch]]
+    for waves in (found.rod, found.beam) if found.rod else ():
+        known = waves is not None and branch in waves.branches
+        rates.append(waves.column(branch)[row] if waves is not None and known else None)
+    return rates
 
 
 def _rate(rate: complex | None, *, growth: bool) -> str:

@@ -102,7 +102,7 @@ class Plane:
                     "does not move and rotate with the chain, which then has no states of steady"
                     " motion; remove it for a phase diagram"
                 )
-                raise SceneError(effect.key, effect.detail(self.scene), allowed)
+                raise SceneError(effect.key, effect.value(self.scene), allowed)
         for name, axis in (("x", self.x), ("y", self.y)):
             try:
                 find_parameter(self.scene, axis.key)

@@ -141,10 +141,14 @@ class Effect:
     @classmethod
     def detail(cls, scene: Scene) -> str:
         """How it acts in a scene, in a few words."""
-        section = cls.section(scene)
-        plain = type(section)()
-        given = {k: v for k, v in section.to_mapping().items() if getattr(plain, k) != v}
-        return ", ".join(f"{k} {_text(v)}" for k, v in given.items())
+        return ", ".join(f"{k} {_text(v)}" for k, v in _given(cls.section(scene)).items())
+
+    @classmethod
+    def value(cls, scene: Scene) -> object:
+        """The value of :attr:`key` in a scene; of a section, the keys that are set."""
+        name, _, key = cls.key.partition(".")
+        section = getattr(scene, name)
+        return section.to_mapping().get(key) if key else _given(section)
 
     @classmethod
     def cost(cls, scene: Scene) -> Cost:
@@ -174,7 +178,7 @@ class Effect:
             "is not part of the theory of the infinite straight chain"
             f" ({cls.__name__}.straight is not defined): remove it from the scene"
         )
-        raise SceneError(cls.key, cls.detail(scene), allowed)
+        raise SceneError(cls.key, cls.value(scene), allowed)
 
     def add_wrenches(self, positions: np.ndarray, frames: np.ndarray, wrenches: np.ndarray) -> None:
         """wrenches (N, 6) += (F, T) on every sphere, in the lab."""
@@ -247,6 +251,12 @@ def cross_matrix(vectors: np.ndarray) -> np.ndarray:
         matrices[:, k, (k + 1) % 3] = -vectors[:, (k + 2) % 3]
         matrices[:, k, (k + 2) % 3] = vectors[:, (k + 1) % 3]
     return matrices
+
+
+def _given(section: Section) -> dict[str, Any]:
+    """The keys of a section that differ from their default."""
+    plain = type(section)()
+    return {k: v for k, v in section.to_mapping().items() if getattr(plain, k) != v}
 
 
 def _text(value: Any) -> str:

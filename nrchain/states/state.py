@@ -152,7 +152,7 @@ def find_state(scene: Scene, guess: Any = None, *, nudge: float = 0.0, modes: in
     try:
         with np.errstate(all="ignore"):
             found = _search(scene, guess, nudge)
-            refuse_out_of_reach(scene, found)
+            refuse_out_of_reach(scene, found, "guess")
             is_straight = guess is None and _is_on_axis(found, scene)
             return State(spectrum_about(scene, found, is_straight, modes))
     except (FloatingPointError, np.linalg.LinAlgError) as error:
@@ -164,7 +164,7 @@ def _search(scene: Scene, guess: Any, nudge: float) -> SteadyState:
     if nudge:
         return _attracting(scene, _nudged(scene, guess, nudge), guess)
     try:
-        return state_near(scene, guess)
+        return state_near(scene, guess, "guess")
     except SceneError:
         poses = straight_poses(scene) if guess is None else given_poses(scene, guess, "guess")
         try:
@@ -229,7 +229,7 @@ def _lost(begin: Point, end: Point, guess: Any, steps: int) -> SceneError:
     forbids = _not_covariant(begin.chain.model.further_effects)
     if forbids is not None:
         allowed = f"allows no state of steady motion that is found from here: {left}"
-        return SceneError(forbids.key, forbids.detail(scene), allowed)
+        return SceneError(forbids.key, forbids.value(scene), allowed)
     remedy = (
         "the chain may oscillate, touch itself or drift slowly: simulate it, and give the end of"
         " the run as guess"

@@ -138,7 +138,7 @@ def refuse_bending(scene: Scene, poses: tuple[np.ndarray, np.ndarray], twists: n
     if cause is None or cause.key.startswith("slip"):
         axes = {label: slip.axis for label, slip in scene.slip.modes.items()}
         raise SceneError("slip", axes, f"with these axes it {allowed}")
-    raise SceneError(cause.key, cause.detail(scene), allowed)
+    raise SceneError(cause.key, cause.value(scene), allowed)
 
 
 def _across(scene: Scene, twists: np.ndarray) -> np.ndarray:

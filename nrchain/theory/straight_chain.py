@@ -104,7 +104,7 @@ class StraightChain:
             allowed = (
                 "turns every sphere of the straight chain across it: it does not stay straight"
             )
-            raise SceneError(effect.key, effect.detail(self.scene), allowed)
+            raise SceneError(effect.key, effect.value(self.scene), allowed)
         self.fixed |= _is_anisotropic(own[:, :3])
         self.turning |= _is_anisotropic(own[:, 3:])
         if effect.gives == "twist":

@@ -59,3 +59,10 @@ def test_solid_prints_full_blocks_without_transverse_isotropy():
 def test_a_scene_without_uniform_states_is_refused():
     assert_refused(call("solid", "buckling", "--set", "field.force=[0.0, 0.0, 1.0]"), "field")
     assert_refused(call("solid", "bucklin"), "did you mean 'buckling'")
+
+
+def test_rounding_is_not_printed_as_a_source():
+    shown = call("solid", "buckling").stdout
+    assert "net torque per length 0 at rest, up to 1.76 per strain" in shown
+    assert "net force" not in shown
+    assert "e-1" not in "".join(line for line in shown.splitlines() if line.startswith("source"))

@@ -234,3 +234,25 @@ def test_a_long_stiff_chain_is_followed_until_rounding_is_left():
     assert found.is_stable
     assert np.abs(found.positions[:, 1:]).max() > 1.0
     assert found.steps < 60
+
+
+def test_a_search_without_a_state_names_the_argument_of_find_state():
+    scene = nrchain.load_scene("wave", **{"chain.ends": "clamped"})
+    with pytest.raises(SceneError, match="has no state: spheres touch") as refused:
+        nrchain.find_state(scene)
+    assert refused.value.key == "guess"
+    with pytest.raises(SceneError, match="has no state: spheres touch") as refused:
+        nrchain.spectrum(scene)
+    assert refused.value.key == "at"
+
+
+def test_a_forbidding_effect_is_named_with_its_value():
+    shear = ((0.0, 0.5, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    for changes, value in (
+        ({"flow.gradient": shear}, shear),
+        ({"field.torque": (0.0, 0.0, 3.0)}, {"torque": (0.0, 0.0, 3.0)}),
+    ):
+        scene = nrchain.load_scene("wave", **changes)
+        with pytest.raises(SceneError) as refused:
+            nrchain.phases(scene, ("slip.2s", 0.0, 1.0, 2), ("slip.3t", 0.0, 1.0, 2))
+        assert refused.value.value == value

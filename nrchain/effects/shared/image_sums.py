@@ -37,7 +37,7 @@ def refuse_net_forces(scene: Scene) -> None:
             " number for friction.neighbours, or choose friction = 'one-body', or free or clamped"
             f" ends{otherwise}"
         )
-        raise SceneError(effect.key, effect.detail(scene), allowed)
+        raise SceneError(effect.key, effect.value(scene), allowed)
 
 
 def has_sum(scene: Scene, key: str) -> bool:

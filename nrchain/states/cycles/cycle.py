@@ -191,7 +191,7 @@ def cycle_near(chain: RelativeChain, orbit: Orbit, tolerance: float, modes: int)
         raise SceneError("guess", "the guess", allowed)
     _refuse_state(found)
     for pose in zip(*found.fine.system.orbit.bases(), strict=True):
-        refuse_poses_out_of_reach(chain.scene, *pose)
+        refuse_poses_out_of_reach(chain.scene, *pose, "guess")
     return cycle_of(found, modes)
 
 

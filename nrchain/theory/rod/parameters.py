@@ -63,7 +63,7 @@ class Rod:
         for effect in acting(scene):
             if effect.Section is not None and effect.Section.path not in LEFT_ASIDE:
                 allowed = "is not part of the theory of the rod: remove it from the scene"
-                raise SceneError(effect.key, effect.detail(scene), allowed)
+                raise SceneError(effect.key, effect.value(scene), allowed)
         strengths: dict[str, float] = {}
         for label, slip in scene.slip.modes.items():
             key, given = SlipSpec.key(label), slip.strength

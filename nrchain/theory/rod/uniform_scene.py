@@ -59,5 +59,5 @@ def _body_part(effect: type[Effect], scene: Scene) -> np.ndarray:
             f"varies along a strained chain with its {what}: no state of strain is uniform; remove"
             " it from the scene"
         )
-        raise SceneError(effect.key, effect.detail(scene), allowed)
+        raise SceneError(effect.key, effect.value(scene), allowed)
     return wrench
