@@ -22,6 +22,7 @@ import numpy as np
 from nrchain.effects.base import Effect
 from nrchain.effects.flow import Flow as BackgroundFlow
 from nrchain.effects.friction import FrictionBetweenSpheres
+from nrchain.effects.registry import acting
 from nrchain.effects.shared.image_sums import net_forces
 from nrchain.effects.strain import DisturbanceEffect, Strain
 from nrchain.errors import SceneError, TrajectoryError
@@ -122,7 +123,7 @@ def flow(
 
     >>> import nrchain
     >>> scene = nrchain.load_scene("buckling", **{"start.shape": "straight"})
-    >>> found = nrchain.flow(scene, [[95.0, 3.0, 0.0], [95.0, 0.0, 4.0]], parts=["slip"])
+    >>> found = nrchain.flow(scene, [[90.0, 3.0, 0.0], [90.0, 0.0, 4.0]], parts=["slip"])
     >>> found.velocity.shape, bool(found.velocity[0, 1] < 0)
     ((2, 3), True)
     """
@@ -149,10 +150,10 @@ def _spheres(
     slips = given_slips(scene.slip.modes, chain.particles) if "slip" in chosen else []
     wrenches = np.zeros((chain.particles, 6))
     if chosen & {"forces", "torques"}:
-        acting = Model(scene).wrenches(unwrapped_chain(scene, positions), frames)
+        whole = Model(scene).wrenches(unwrapped_chain(scene, positions), frames)
         for part, columns in (("forces", slice(0, 3)), ("torques", slice(3, 6))):
             if part in chosen:
-                wrenches[:, columns] = acting[:, columns]
+                wrenches[:, columns] = whole[:, columns]
     _refuse_net_force(scene, wrenches)
     strain = np.zeros((3, 3))
     if "background" in chosen and Strain.acts(scene):
@@ -181,7 +182,7 @@ def _refuse_net_force(scene: Scene, wrenches: np.ndarray) -> None:
 def _unknown_flows(scene: Scene) -> tuple[str, ...]:
     """The acting effects that move spheres by a flow that is not known at other points."""
     known = (BackgroundFlow, DisturbanceEffect, FrictionBetweenSpheres)
-    return tuple(effect.name for effect in Model(scene).effects if _is_unknown(effect, known))
+    return tuple(effect.name for effect in acting(scene) if _is_unknown(effect, known))
 
 
 def _is_unknown(effect: type[Effect], known: tuple[type[Effect], ...]) -> bool:

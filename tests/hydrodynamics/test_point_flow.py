@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from nrchain.errors import BackendError, SceneError
 from nrchain.hydrodynamics import lamb, point_flow, pystokes, slip_modes
 from nrchain.hydrodynamics.given_slips import given_slips
 from nrchain.hydrodynamics.pairs import SlipFlow
@@ -207,3 +208,23 @@ def test_the_tree_is_as_accurate_as_it_says(accuracy, monkeypatch):
 
 def test_no_points_are_no_flow():
     assert sum_flows(crooked(2), np.zeros((0, 3))).shape == (0, 6)
+
+
+def test_any_number_of_threads_gives_the_same_bits(monkeypatch):
+    chain, points = crooked(40), np.random.default_rng(6).uniform(-50.0, 300.0, (300, 3))
+    alone = sum_flows(chain, points)
+    monkeypatch.setattr(point_flow, "PARALLEL_PAIRS", 1)
+    assert np.array_equal(sum_flows(chain, points), alone, equal_nan=True)
+
+
+def test_points_very_far_from_a_periodic_chain_are_refused():
+    chain = balanced(crooked(3, period=10.0))
+    with pytest.raises(SceneError, match="within 1000 periods"):
+        sum_flows(chain, np.array([[0.0, 2e4, 0.0]]))
+
+
+def test_a_release_of_pystokes_without_factors_is_refused(monkeypatch):
+    monkeypatch.setattr(pystokes, "FLOWS", {"0.1": {}})
+    one = np.zeros((1, 3)), np.ones((1, 3)), np.ones(1)
+    with pytest.raises(BackendError, match=r"unknown factors; install 0\.1"):
+        pystokes.flow_at("2s", np.ones((1, 3)), *one, RADIUS, VISCOSITY)
