@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -147,15 +147,21 @@ def _axis(name: str, text: str) -> tuple[Any, ...]:
 
 
 @contextmanager
-def _progress(place: Path) -> Iterator[Callable[[Progress], None] | None]:
+def _progress(place: Path) -> Iterator[Callable[[Progress], None]]:
     """Show how many results there are; if interrupted, say how to continue."""
     screen = console(stderr=True)
     try:
-        if not screen.is_terminal:
-            yield None
-            return
-        with screen.status("phases") as status:
-            yield lambda progress: status.update(f"{progress.done} results   {progress.name}")
+        with screen.status("phases") if screen.is_terminal else nullcontext() as status:
+
+            def show_progress(progress: Progress) -> None:
+                if progress.waits_for:
+                    runs = "run" if progress.waits_for == 1 else "runs"
+                    count = f"{progress.waits_for} {runs} under way"
+                    report(f"interrupted; waiting for {count} to end at the next step")
+                elif status is not None:
+                    status.update(f"{progress.done} results   {progress.name}")
+
+            yield show_progress
     except KeyboardInterrupt:
         report(
             f"interrupted; what is finished is kept in {shlex.quote(str(place))}; the same command"

@@ -79,7 +79,8 @@ def phases(
         Whether the diagram of another request in this folder may be replaced.
     progress
         True shows a bar in a terminal or a notebook, on standard error. A function is called with
-        a :class:`~nrchain.diagrams.jobs.Progress` at each result.
+        a :class:`~nrchain.diagrams.jobs.Progress` at each result, and when an interruption
+        waits for runs to end at their next step.
         Called with a :class:`~nrchain.jobs.crew.Progress` at each result.
 
     Raises
@@ -111,7 +112,12 @@ def phases(
         deferred() as interruption,
         _executor(executor, workers) as chosen,
     ):
-        crew = Crew(ledger, chosen, interruption, update)
+
+        def waits(count: int) -> None:
+            if update is not None:
+                update(Progress(len(ledger.results), "", count))
+
+        crew = Crew(ledger, chosen, interruption, update, waits=waits)
         return PhaseDiagram.made(request, crew.do)
 
 

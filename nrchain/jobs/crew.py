@@ -60,10 +60,15 @@ class Job:
 
 @dataclass(frozen=True)
 class Progress:
-    """How many results there are, and the name of the latest."""
+    """How many results there are, and the name of the latest.
+
+    After an interruption, ``waits_for`` is the number of jobs under way that end at their next
+    step, before KeyboardInterrupt is raised.
+    """
 
     done: int
     name: str
+    waits_for: int = 0
 
     def shown(self) -> Shown:
         """What the bar of a diagram shows; how many results there will be is not known."""
@@ -74,7 +79,8 @@ class Crew:
     """Does jobs by an executor and keeps their results in a ledger.
 
     ``interruption`` is asked between results: what is finished is kept, and KeyboardInterrupt is
-    raised. At most ``ahead`` jobs are with the executor at a time.
+    raised. At most ``ahead`` jobs are with the executor at a time. ``waits`` is called with the
+    number of jobs under way, if there are any, when an interruption has to wait for them.
     """
 
     def __init__(
@@ -84,7 +90,9 @@ class Crew:
         interruption: Interruption,
         progress: Callable[[Progress], None] | None = None,
         ahead: int = AHEAD,
+        waits: Callable[[int], None] | None = None,
     ) -> None:
+        self._waits = waits
         self._ledger, self._executor, self._progress = ledger, executor, progress
         self._interruption, self._ahead = interruption, ahead
         # runs in threads of this process are told to stop; other processes get the signal too
@@ -108,8 +116,9 @@ class Crew:
         except BaseException:
             if self._stopper is not None:
                 self._stopper.leave()
-            for future in under_way:
-                future.cancel()
+            left = sum(not future.cancel() for future in under_way)
+            if left and self._waits and self._interruption.name:
+                self._waits(left)
             raise
         return [known[job.name] for job in jobs]
 

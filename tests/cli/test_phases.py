@@ -1,6 +1,7 @@
 """``nrchain phases``: its tables, its files, and what it refuses."""
 
 import csv
+import re
 import signal
 import subprocess
 import sys
@@ -55,10 +56,15 @@ def test_an_interrupted_diagram_says_how_to_go_on(tmp_path):
         program.send_signal(signal.SIGINT)
         shown = program.communicate(timeout=60)
     assert program.returncode == 130
-    assert shown == (
-        "",
-        "nrchain: interrupted; what is finished is kept in d; the same command continues\n",
+    assert shown[0] == ""
+    *waiting, last = shown[1].splitlines()
+    assert last == (
+        "nrchain: interrupted; what is finished is kept in d; the same command continues"
     )
+    # said at once, if runs are under way
+    said = r"nrchain: interrupted; waiting for \d+ runs? under way to end at the next step"
+    assert len(waiting) <= 1
+    assert all(re.fullmatch(said, line) for line in waiting)
     assert not nrchain.PhaseDiagram.open(tmp_path / "d").is_complete
 
 
