@@ -10,6 +10,7 @@ from nrchain.scene import extensions
 from nrchain.version import __version__ as __version__
 
 if TYPE_CHECKING:
+    from nrchain import units
     from nrchain.accuracy import cost
     from nrchain.analysis import measure
     from nrchain.analysis.decomposition import Contributions, contribution_sizes, contributions
@@ -100,6 +101,7 @@ _MODULES = {
     "rules": "nrchain.inputs.rules",
     "slip_modes": "nrchain.hydrodynamics.slip_modes",
     "sweep_plots": "nrchain.view.sweep_plots",
+    "units": "nrchain.units",
     "work": "nrchain.run.work",
 }
 _MODULE_OF = {
@@ -271,6 +273,7 @@ __all__ = [
     "steady_velocity",
     "sweep",
     "sweep_plots",
+    "units",
     "unregister_effect",
     "work",
 ]

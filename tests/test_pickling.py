@@ -209,6 +209,7 @@ SPECIMENS = {
     "nrchain.work.RunCost": lambda: work.cost_of(trajectory()),
     "nrchain.work.Stopwatch": work.Stopwatch,
     "nrchain.work.Work": lambda: work_precision().points[0].measured.work,
+    "nrchain.units.Units": lambda: nrchain.units.Units(1e-6, 1.0, 1e-12),
 }
 """One of each public class, by the shortest name it has."""
 
