@@ -5,11 +5,13 @@ from __future__ import annotations
 import inspect
 import re
 import shlex
+from pathlib import Path
 
 import pytest
 import typer
 from support.command_line import call
 
+import nrchain
 from nrchain.cli.app import app
 from nrchain.cli.examples import EXIT_CODES, WIDTH
 
@@ -57,3 +59,8 @@ def test_the_help_of_nrchain_has_all_exit_codes():
     assert max(map(len, shown.stdout.splitlines())) <= 80
     for code, what in EXIT_CODES.items():
         assert f"   {code:<5}{what}" in shown.stdout
+
+
+def test_the_docs_list_all_exit_codes():
+    text = (Path(nrchain.__file__).parents[1] / "docs" / "running.md").read_text(encoding="utf-8")
+    assert {int(code) for code in re.findall(r"^\| (\d+) \|", text, re.M)} == set(EXIT_CODES)

@@ -129,3 +129,16 @@ def test_numbers_that_json_has_not_are_null_or_pairs():
     record = {"a": np.array([1.0, np.nan, np.inf]), "b": 1 + 2j, "c": Path("x"), "d": {1: "é"}}
     again = json.loads(json_text(record))
     assert again == {"a": [1.0, None, None], "b": [1.0, 2.0], "c": "x", "d": {"1": "é"}}
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_text_is_no_wider_than_80_columns(name, folder, monkeypatch):
+    """Except paths and commands to copy. Diagrams and branches of the folder are not run again."""
+    monkeypatch.chdir(folder)
+    if name == "resume" and not Path("run").exists():
+        call("run", *COMMANDS["run"])
+    further = {"run": ["-v", "--overwrite"], "resume": ["-v"], "dispersion": ["--overwrite"]}
+    shown = call(name, *COMMANDS[name], *further.get(name, []))
+    assert shown.exit_code == 0, shown.stderr
+    lines = [line.rstrip() for line in shown.stdout.splitlines()]
+    assert [line for line in lines if len(line) > 80 and "nrchain run" not in line] == []
