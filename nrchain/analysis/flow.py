@@ -139,7 +139,7 @@ def flow(
         twists[:, :3] += flat @ gradient.T
         twists[:, 3:] += BackgroundFlow(scene).spin
     velocity, spin = twists[:, :3].reshape(places.shape), twists[:, 3:].reshape(places.shape)
-    return Flow(places, velocity, 2.0 * spin, _unknown_flows(scene))
+    return Flow(places, velocity, 2.0 * spin, unknown_flows(scene))
 
 
 def _spheres(
@@ -179,7 +179,7 @@ def _refuse_net_force(scene: Scene, wrenches: np.ndarray) -> None:
     raise SceneError("parts", "forces", allowed)
 
 
-def _unknown_flows(scene: Scene) -> tuple[str, ...]:
+def unknown_flows(scene: Scene) -> tuple[str, ...]:
     """The acting effects that move spheres by a flow that is not known at other points."""
     known = (BackgroundFlow, DisturbanceEffect, FrictionBetweenSpheres)
     return tuple(effect.name for effect in acting(scene) if _is_unknown(effect, known))

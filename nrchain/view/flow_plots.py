@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from nrchain.analysis.flow import Part, flow, poses_of
+from nrchain.analysis.flow import Part, flow, poses_of, unknown_flows
 from nrchain.errors import SceneError
 from nrchain.inputs.arguments import finite_array
 from nrchain.inputs.rules import number
@@ -145,6 +145,8 @@ def save_flow(
     if title:
         level = _level(scene, positions, PLANES[plane], at) / scene.chain.radius
         place = f"t = {trajectory.time[frame]:.4g}, {AXES[3 - sum(PLANES[plane])]} = {level:.3g} a"
+        if missing := unknown_flows(scene):
+            place += f", without {', '.join(missing)}"
         name = f"{scene.title}: " if scene.title else ""
         write_name(axes, letters(f"{name}flow at {place}"))
     save(figure, path)
