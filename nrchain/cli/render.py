@@ -45,6 +45,9 @@ def render(
             " or effect:NAME, what one effect contributes to the motion."
         ),
     ] = "plain",
+    colour_scale: Annotated[
+        Spacing, typer.Option(help="Colours in even steps, or in even ratios over four decades.")
+    ] = Spacing.linear,
     view: Annotated[
         str,
         typer.Option(help="From where: slant, x, y, z, or AZIMUTH,ELEVATION in degrees."),
@@ -102,6 +105,7 @@ def render(
             trajectory,
             target,
             colour=colour,
+            colour_scale=colour_scale.value,
             view=view,
             follow=follow,
             frames=frames,

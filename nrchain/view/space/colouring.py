@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -11,12 +11,17 @@ from nrchain.analysis.decomposition import Decomposition
 from nrchain.analysis.link_strains import LinkStrains, link_strains
 from nrchain.errors import SceneError
 from nrchain.inputs.names import did_you_mean
+from nrchain.inputs.rules import choice
 from nrchain.trajectory.trajectory import Trajectory
+from nrchain.view.shown import Spacing
 
 PLAIN = "plain"
 MOTIONS = ("speed", "spin")
 STRAINS = LinkStrains._fields
 EFFECT = "effect:"
+
+DECADES = 4
+"""Of a logarithmic scale, below the largest value."""
 
 _UNITS = {"stretch": "", "shear": "", "bend": ", 1/length", "twist": ", 1/length"}
 
@@ -34,13 +39,17 @@ class Colouring:
     label
         What it is, with its unit.
     limits
-        The values with the first and last colour: from 0, or symmetric about 0 where it is signed.
+        The values with the first and last colour: from 0, or symmetric about 0 where it is signed;
+        the last :data:`DECADES` of a logarithmic scale.
+    logarithmic
+        Whether colours have even ratios.
     """
 
     values: np.ndarray
     of: Literal["spheres", "links"]
     label: str
     limits: tuple[float, float]
+    logarithmic: bool = False
 
     @property
     def signed(self) -> bool:
@@ -48,18 +57,29 @@ class Colouring:
         return self.limits[0] < 0.0
 
 
-def colouring(trajectory: Trajectory, name: str) -> Colouring | None:
+def colouring(trajectory: Trajectory, name: str, scale: Spacing = "linear") -> Colouring | None:
     """The quantity ``name`` at all snapshots of a trajectory; None for ``"plain"``.
 
     ``"speed"`` is |v|, ``"spin"`` |ω|, ``"stretch"``, ``"shear"``, ``"bend"`` and ``"twist"`` are
     strains of links (:func:`~nrchain.analysis.link_strains.link_strains`), and ``"effect:NAME"`` is
     √(|v|² + a²|ω|²) of what one effect contributes to the motion
-    (:func:`nrchain.contributions`).
+    (:func:`nrchain.contributions`). A ``"logarithmic"`` scale shows sizes: signs are lost.
 
     Raises :class:`~nrchain.errors.SceneError` for another name.
     """
+    choice(Spacing)("colour_scale", scale)
     if name == PLAIN:
         return None
+    found = _linear(trajectory, name)
+    if scale == "linear":
+        return found
+    most = max(abs(found.limits[0]), found.limits[1])
+    least = 10.0**-DECADES * most
+    sizes = np.maximum(np.abs(found.values), least)
+    return replace(found, values=sizes, limits=(least, most), logarithmic=True)
+
+
+def _linear(trajectory: Trajectory, name: str) -> Colouring:
     if name in STRAINS:
         strains = link_strains(trajectory.scene, trajectory.positions, trajectory.frames)
         values = getattr(strains, name)[:, : trajectory.scene.chain.particles - 1]

@@ -34,6 +34,7 @@ def render(
     path: str | Path | None,
     *,
     colour: str = PLAIN,
+    colour_scale: Spacing = "linear",
     view: View = "slant",
     follow: bool = False,
     frames: bool = True,
@@ -64,6 +65,8 @@ def render(
         ``"bend"`` or ``"twist"`` of every link; or ``"effect:NAME"``, what one effect contributes
         to the motion of every sphere (:func:`nrchain.contributions`). Colours mean the same in all
         frames.
+    colour_scale
+        ``"linear"``, from 0 or symmetric about it, or ``"logarithmic"``, over four decades.
     view
         From where: ``"slant"``, ``"x"``, ``"y"``, ``"z"``, or azimuth and elevation in degrees.
         The camera is as near as it can be to see the whole chain in all frames.
@@ -118,7 +121,7 @@ def render(
         shown = np.array([_check_snapshot(snapshot, len(trajectory.time))])
     chosen = chosen_snapshots(trajectory, shown)
     whole(least=0)("tracers", tracers)
-    coloured = colouring(chosen, colour)
+    coloured = colouring(chosen, colour, colour_scale)
     (require_display if target is None else require_opengl)()
     pyvista = optional("pyvista", "view", "drawing in three dimensions")
     carried = trace(chosen, tracers) if tracers else None

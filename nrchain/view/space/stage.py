@@ -149,8 +149,11 @@ class Stage:
                 title="snapshot",
                 color=INK,
                 fmt="%.0f",
-                pointa=(0.3, 0.08),
-                pointb=(0.7, 0.08),
+                pointa=(0.75, 0.08),
+                pointb=(0.97, 0.08),
+                title_height=0.02,
+                slider_width=0.015,
+                tube_width=0.003,
             )
         self.plotter.show(auto_close=False)
 
@@ -220,24 +223,27 @@ class Stage:
     def _map(self) -> dict[str, Any]:
         assert self._colouring is not None
         colours = TWO_SIGNS if self._colouring.signed else ONE_SIGN
-        return {"clim": self._colouring.limits, "cmap": colours}
+        looks = {"clim": self._colouring.limits, "cmap": colours}
+        return looks | {"log_scale": self._colouring.logarithmic}
 
     def _draw_bar(self, label: str) -> None:
         scale = self._scale
         self.plotter.add_scalar_bar(
-            label,
+            # its own title would run into its numbers
+            " ",
             color=INK,
             vertical=False,
             n_labels=5,
             fmt="%.3g",
-            title_font_size=round(16 * scale),
             label_font_size=round(14 * scale),
+            title_font_size=round(4 * scale) or 1,
             unconstrained_font_size=True,
             width=0.4,
-            height=0.07,
+            height=0.06,
             position_x=0.3,
-            position_y=0.02,
+            position_y=0.015,
         )
+        self._add_text(label, (0.5, 0.085), 14 * scale).prop.justification_horizontal = "center"
 
     @property
     def _scale(self) -> float:

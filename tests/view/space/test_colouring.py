@@ -41,6 +41,18 @@ def test_motions_are_the_contributions_of_spheres():
     assert slip.label == "slip 2s, length/time"
 
 
+def test_a_logarithmic_scale_shows_sizes_over_four_decades():
+    trajectory = growing()
+    linear, found = (colouring(trajectory, "stretch", s) for s in ("linear", "logarithmic"))
+    assert found.logarithmic
+    most = np.abs(linear.values).max()
+    assert found.limits == pytest.approx((1e-4 * most, most))
+    assert not found.signed
+    assert found.values == pytest.approx(np.maximum(np.abs(linear.values), 1e-4 * most))
+    with pytest.raises(SceneError, match="colour_scale = 'cubic': must be one of linear, log"):
+        colouring(trajectory, "stretch", "cubic")
+
+
 def test_plain_has_no_quantity():
     assert colouring(growing(), "plain") is None
 
