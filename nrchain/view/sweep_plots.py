@@ -41,6 +41,9 @@ MOST_LINES = 6
 WIDE = 30.0
 """Ratio of the ends of an axis from which on it is logarithmic, if its values are so spaced."""
 
+ASIDE = 0.1
+"""By which the marks of a word are apart, line by line, in distances of words."""
+
 HEIGHT = 2.6
 """Of a panel, in inches."""
 
@@ -69,19 +72,24 @@ def draw_sweep(
     for name in shown:
         sweep.column(name)
     across, along = _axes_of(sweep, x, y)
-    is_map = y is not None or (along is not None and len(_values(sweep, along)) > MOST_LINES)
     fixed = _fixed(sweep, {across, along} - {None}, at or {})
     figure = new_figure(WIDTHS["one"], HEIGHT * len(shown), "constrained")
     panels = figure.subplots(len(shown), squeeze=False)[:, 0]
     for panel, name in zip(panels, shown, strict=True):
-        if is_map:
-            assert along is not None
+        if along is not None and (y is not None or _needs_map(sweep, name, along)):
             draw_map(sweep, name, across, along, at=fixed, axes=panel)
         else:
             draw_lines(sweep, name, across, by=along, at=fixed, axes=panel)
     save(figure, path)
     given = portable(dict(at or {}))
     return path, {key: value for key, value in fixed.items() if key not in given}
+
+
+def _needs_map(sweep: Sweep, name: str, along: str) -> bool:
+    """Whether lines would be too many, or of words, which lie on each other."""
+    if not all(map(_is_number, sweep.column(along))):
+        return False
+    return bool(_words(sweep.column(name))) or len(_values(sweep, along)) > MOST_LINES
 
 
 def draw_lines(
@@ -105,7 +113,9 @@ def draw_lines(
         points = [point for point in _chosen(sweep, fixed) if _is_number(point.values[x])]
         points.sort(key=lambda point: point.values[x])
         known = [point for point in points if _has_value(point, name)]
-        height = [_height(point.observables[name], words) for point in known]
+        # words of several lines would lie on each other
+        aside = ASIDE * (number - (len(values) - 1) / 2.0) if words else 0.0
+        height = [_height(point.observables[name], words) + aside for point in known]
         look = line_look(number, marker=True)
         if words:
             look["linestyle"] = ""
@@ -120,11 +130,9 @@ def draw_lines(
         axes.set_ylim(-0.5, len(words) - 0.5)
     _scale(axes, "x", sweep, x)
     axes.set_xlabel(letters(x))
-    axes.set_ylabel("" if words else letters(name))
-    if words:
-        axes.set_title(letters(name), fontsize=TEXT, color=INK)
+    axes.set_ylabel(letters(name))
     if by is not None:
-        axes.legend(frameon=False, fontsize=TEXT, labelcolor=INK)
+        _write_key(axes)
     return axes
 
 
@@ -165,14 +173,7 @@ def draw_map(
     if missing:
         axes.scatter(*zip(*missing, strict=True), **MISSING, label="no value", zorder=4)
     if words or missing:
-        axes.legend(
-            frameon=False,
-            fontsize=TEXT,
-            labelcolor=INK,
-            loc="lower center",
-            bbox_to_anchor=(0.5, 1.0),
-            ncols=2,
-        )
+        _write_key(axes)
     axes.set(xlabel=letters(x), ylabel=letters(y))
     return axes
 
@@ -209,6 +210,18 @@ def _draw_words(axes: Any, places: np.ndarray, said: Sequence[str], words: Seque
             label=letters(word),
             zorder=3,
         )
+
+
+def _write_key(axes: Any) -> None:
+    """Write the key of lines or markers above the axes."""
+    axes.legend(
+        frameon=False,
+        fontsize=TEXT,
+        labelcolor=INK,
+        loc="lower center",
+        bbox_to_anchor=(0.5, 1.0),
+        ncols=2,
+    )
 
 
 def _edges(values: np.ndarray, scale: str) -> np.ndarray:

@@ -58,6 +58,7 @@ def test_words_have_a_colour_and_a_marker_each():
     assert len(colours) == 2
     lines = sweep_plots.draw_lines(grid(), "measure.attractor", "slip.2s")
     assert [text.get_text() for text in lines.get_yticklabels()] == ["straight", "buckled"]
+    assert lines.lines[0].get_ydata().tolist() == [0.0, 0.0, 0.0, 0.0, 1.0, 1.0]
 
 
 def test_points_that_fill_no_grid_are_points_and_failures_are_crosses():
