@@ -1,9 +1,6 @@
 """``nrchain.sweep``: every point once, the same bits by any executor, and what is refused."""
 
 import json
-import multiprocessing
-import os
-import signal
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 
@@ -13,15 +10,16 @@ import pytest
 import nrchain
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.sweeps import task
-from nrchain.sweeps.executors import Workers
 from nrchain.sweeps.observables import NAMED
 
 GRID = {"slip.2s": "-100:100:3", "chain.particles": "4,5"}
 
 
+CHANGES = {"chain.particles": 5, "run.end": 2.0, "run.snapshots": 6, "elasticity.ratio": 1e8}
+
+
 def scene(**changes):
-    short = {"chain.particles": 5, "run.end": 2.0, "run.snapshots": 6, "elasticity.ratio": 1e8}
-    return nrchain.load_scene("buckling", **short | changes)
+    return nrchain.load_scene("buckling", **CHANGES | changes)
 
 
 @cache
@@ -67,23 +65,6 @@ def test_order_and_threads_change_nothing():
     assert {p.name: p.observables for p in again.points} == {
         p.name: p.observables for p in expected().points
     }
-
-
-def test_processes_give_the_same_and_those_that_die_are_replaced(monkeypatch):
-    """Both processes are killed at the first result, with 40 points to go."""
-    killed, restarts, restart = [], [], Workers.restart
-
-    def kill(progress):
-        if progress.done and not killed:
-            killed.extend(child.pid for child in multiprocessing.active_children())
-            for process in killed:
-                os.kill(process, signal.SIGKILL)
-
-    monkeypatch.setattr(Workers, "restart", lambda own: restarts.append(1) or restart(own))
-    grid = {"slip.2s": "-100:100:41"}
-    found = nrchain.sweep(scene(), grid, processes=2, progress=kill)
-    assert restarts
-    assert found == nrchain.sweep(scene(), grid, workers=1)
 
 
 def test_finished_points_are_not_run_again_and_new_ones_are(tmp_path, monkeypatch):

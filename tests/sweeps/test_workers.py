@@ -1,5 +1,6 @@
-"""A sweep on a cluster of Dask on this machine: one of its two workers is killed in the middle."""
+"""Processes, and a cluster of Dask on this machine: workers are killed in the middle of a sweep."""
 
+import multiprocessing
 import os
 import signal
 import time
@@ -8,17 +9,31 @@ from contextlib import contextmanager
 
 import pytest
 from support.command_line import assert_refused, call
+from support.one_process import in_one_process
 
 import nrchain
 from nrchain.errors import NrchainError
-from nrchain.sweeps.executors import cluster
+from nrchain.sweeps.executors import Workers, cluster
 
 distributed = pytest.importorskip("distributed")
 
 
-def scene():
-    short = {"chain.particles": 5, "run.end": 2.0, "run.snapshots": 6, "elasticity.ratio": 1e8}
-    return nrchain.load_scene("buckling", **short)
+CHANGES = {"chain.particles": 5, "run.end": 2, "run.snapshots": 6, "elasticity.ratio": 1e8}
+
+
+POINTS = 21
+
+
+def words(count):
+    return "--grid", f"slip.2s=-100:100:{count}", "--observe", "end.size,end.energy"
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory):
+    """The sweep in one process, which like all others finds its kernels on disk."""
+    folder = tmp_path_factory.mktemp("alone")
+    in_one_process(CHANGES, folder / "kernels", *words(2))
+    return in_one_process(CHANGES, folder / "alone", *words(POINTS))
 
 
 @contextmanager
@@ -54,7 +69,7 @@ def sweep_with_a_death(local, count, folder, seconds):
 
     with distributed.Client(local) as client:
         found = nrchain.sweep(
-            scene(),
+            nrchain.load_scene("buckling", **CHANGES),
             {"slip.2s": f"-100:100:{count}"},
             executor=client,
             observe=observables(seconds),
@@ -64,41 +79,61 @@ def sweep_with_a_death(local, count, folder, seconds):
     return found, killed[0]
 
 
-def assert_equal_to_one_process(found, count):
-    alone = nrchain.sweep(
-        scene(), {"slip.2s": f"-100:100:{count}"}, observe=["end.size", "end.energy"], workers=1
-    )
-    assert len(found) == count
+def assert_equal(found, alone, count):
+    """Bit for bit, but for the process of each run."""
+    assert len(found) == len(alone) == count
     assert found.failed == ()
-    for name in ("end.size", "end.energy"):
-        assert found.column(name) == alone.column(name)
     for point, own in zip(found.points, alone.points, strict=True):
+        assert point.name == own.name
         assert point.counters == own.counters
+        for name in ("end.size", "end.energy"):
+            assert point.observables[name] == own.observables[name]
 
 
-def test_points_of_a_worker_that_is_killed_go_to_another(tmp_path):
+def test_points_of_a_worker_that_is_killed_go_to_another(tmp_path, alone):
     with local_cluster() as local:
-        found, killed = sweep_with_a_death(local, 9, tmp_path / "s", 0.1)
-        assert_equal_to_one_process(found, 9)
+        found, killed = sweep_with_a_death(local, POINTS, tmp_path / "s", 0.05)
         processes = set(found.column("process"))
         assert os.getpid() not in processes
-        assert len(processes - {killed}) >= 1
+        assert processes - {killed}
         # the command reaches the same cluster by its address, and finds all points there
-        grid = ("--grid", "slip.2s=-100:100:9", "--observe", "end.size")
-        changes = {"chain.particles": 5, "run.end": 2, "run.snapshots": 6, "elasticity.ratio": 1e8}
-        words = [word for key, value in changes.items() for word in ("--set", f"{key}={value}")]
+        changes = [word for key, value in CHANGES.items() for word in ("--set", f"{key}={value}")]
         again = call(
-            *("sweep", "buckling", *words, *grid, "-o", tmp_path / "s"),
+            *("sweep", "buckling", *changes, *words(POINTS), "-o", tmp_path / "s"),
             *("--cluster", local.scheduler_address),
         )
-        assert "points      9 points\n" in again.stdout, again.stderr
+        assert f"points      {POINTS} points\n" in again.stdout, again.stderr
+    assert_equal(found, alone, POINTS)
+
+
+def test_processes_that_die_are_replaced(monkeypatch, alone):
+    """Both processes are killed at the first result, with 20 points to go."""
+    killed, restarts, restart = [], [], Workers.restart
+
+    def kill(progress):
+        if progress.done and not killed:
+            killed.extend(child.pid for child in multiprocessing.active_children())
+            for process in killed:
+                os.kill(process, signal.SIGKILL)
+
+    monkeypatch.setattr(Workers, "restart", lambda own: restarts.append(1) or restart(own))
+    found = nrchain.sweep(
+        nrchain.load_scene("buckling", **CHANGES),
+        {"slip.2s": f"-100:100:{POINTS}"},
+        observe=["end.size", "end.energy"],
+        processes=2,
+        progress=kill,
+    )
+    assert restarts
+    assert found == alone
 
 
 @pytest.mark.slow
 def test_200_points_are_those_of_one_process(tmp_path):
+    in_one_process(CHANGES, tmp_path / "kernels", *words(2))
     with local_cluster() as local:
         found, killed = sweep_with_a_death(local, 200, tmp_path / "s", 0.02)
-    assert_equal_to_one_process(found, 200)
+    assert_equal(found, in_one_process(CHANGES, tmp_path / "alone", *words(200)), 200)
     # the worker that was started in its place took points too
     assert len(set(found.column("process")) - {killed}) >= 2
 
