@@ -1,19 +1,30 @@
-"""A sweep by the command line, in one thread of a process of its own."""
+"""A sweep in one thread of a process of its own."""
 
 from __future__ import annotations
 
+import pickle
+import subprocess
+import sys
+
+SWEEP = """
+import pickle, sys
 import nrchain
-from support.command_line import program
+
+changes, grid, observe, path = pickle.loads(bytes.fromhex(sys.argv[1]))
+found = nrchain.sweep(
+    nrchain.load_scene("buckling", **changes), grid, observe=observe, workers=1
+)
+with open(path, "wb") as file:
+    pickle.dump(found, file)
+"""
 
 
-def in_one_process(scene, folder, *words):
-    """The sweep of a scene whose changes are ``scene``, with further words of the command.
+def in_one_process(changes, grid, observe, path):
+    """The sweep of ``buckling`` with changes; ``path`` is a file for it.
 
     A process that compiles a kernel may round differently from those that load it. A test of
-    several processes calls this before, so that all kernels are on disk, and compares with a call
-    after.
+    several processes compares with a second call: after the first all kernels are on disk.
     """
-    changes = [word for key, value in scene.items() for word in ("--set", f"{key}={value}")]
-    result = program("sweep", "buckling", *changes, *words, "-o", folder, "--workers", 1)
-    assert result.returncode == 0, result.stderr
-    return nrchain.Sweep.open(folder)
+    given = pickle.dumps((changes, grid, observe, str(path))).hex()
+    subprocess.run([sys.executable, "-c", SWEEP, given], check=True)
+    return pickle.loads(path.read_bytes())

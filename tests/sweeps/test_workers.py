@@ -24,16 +24,19 @@ CHANGES = {"chain.particles": 5, "run.end": 2, "run.snapshots": 6, "elasticity.r
 POINTS = 21
 
 
-def words(count):
-    return "--grid", f"slip.2s=-100:100:{count}", "--observe", "end.size,end.energy"
+OBSERVE = ["end.size", "end.energy"]
+
+
+def grid(count):
+    return {"slip.2s": f"-100:100:{count}"}
 
 
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory):
     """The sweep in one process, which like all others finds its kernels on disk."""
-    folder = tmp_path_factory.mktemp("alone")
-    in_one_process(CHANGES, folder / "kernels", *words(2))
-    return in_one_process(CHANGES, folder / "alone", *words(POINTS))
+    file = tmp_path_factory.mktemp("alone") / "sweep"
+    in_one_process(CHANGES, grid(2), OBSERVE, file)
+    return in_one_process(CHANGES, grid(POINTS), OBSERVE, file)
 
 
 @contextmanager
@@ -70,7 +73,7 @@ def sweep_with_a_death(local, count, folder, seconds):
     with distributed.Client(local) as client:
         found = nrchain.sweep(
             nrchain.load_scene("buckling", **CHANGES),
-            {"slip.2s": f"-100:100:{count}"},
+            grid(count),
             executor=client,
             observe=observables(seconds),
             output=folder,
@@ -86,7 +89,7 @@ def assert_equal(found, alone, count):
     for point, own in zip(found.points, alone.points, strict=True):
         assert point.name == own.name
         assert point.counters == own.counters
-        for name in ("end.size", "end.energy"):
+        for name in OBSERVE:
             assert point.observables[name] == own.observables[name]
 
 
@@ -99,13 +102,15 @@ def test_points_of_a_worker_that_is_killed_go_to_another(tmp_path, alone):
         # the command reaches the same cluster by its address, and finds all points there
         changes = [word for key, value in CHANGES.items() for word in ("--set", f"{key}={value}")]
         again = call(
-            *("sweep", "buckling", *changes, *words(POINTS), "-o", tmp_path / "s"),
+            *("sweep", "buckling", *changes, "--grid", f"slip.2s=-100:100:{POINTS}"),
+            *("--observe", ",".join(OBSERVE), "-o", tmp_path / "s"),
             *("--cluster", local.scheduler_address),
         )
         assert f"points      {POINTS} points\n" in again.stdout, again.stderr
     assert_equal(found, alone, POINTS)
 
 
+@pytest.mark.slow
 def test_processes_that_die_are_replaced(monkeypatch, alone):
     """Both processes are killed at the first result, with 20 points to go."""
     killed, restarts, restart = [], [], Workers.restart
@@ -119,8 +124,8 @@ def test_processes_that_die_are_replaced(monkeypatch, alone):
     monkeypatch.setattr(Workers, "restart", lambda own: restarts.append(1) or restart(own))
     found = nrchain.sweep(
         nrchain.load_scene("buckling", **CHANGES),
-        {"slip.2s": f"-100:100:{POINTS}"},
-        observe=["end.size", "end.energy"],
+        grid(POINTS),
+        observe=OBSERVE,
         processes=2,
         progress=kill,
     )
@@ -130,10 +135,10 @@ def test_processes_that_die_are_replaced(monkeypatch, alone):
 
 @pytest.mark.slow
 def test_200_points_are_those_of_one_process(tmp_path):
-    in_one_process(CHANGES, tmp_path / "kernels", *words(2))
+    in_one_process(CHANGES, grid(2), OBSERVE, tmp_path / "alone")
     with local_cluster() as local:
         found, killed = sweep_with_a_death(local, 200, tmp_path / "s", 0.02)
-    assert_equal(found, in_one_process(CHANGES, tmp_path / "alone", *words(200)), 200)
+    assert_equal(found, in_one_process(CHANGES, grid(200), OBSERVE, tmp_path / "alone"), 200)
     # the worker that was started in its place took points too
     assert len(set(found.column("process")) - {killed}) >= 2
 
