@@ -14,6 +14,14 @@ FORCE: dict[str, Any] = {"color": COLOURS[0], "linewidth": 1.3}
 TORQUE: dict[str, Any] = {"color": COLOURS[1], "linewidth": 1.3, "linestyle": DASHES[2]}
 """Forces are solid, torques are dotted."""
 
+ACROSS: dict[str, Any] = {
+    "linestyle": "",
+    "marker": r"$\odot$",
+    "markersize": 7.0,
+    "color": COLOURS[0],
+}
+"""The sign of a force towards the reader, in a key."""
+
 NEGLIGIBLE = 0.02
 """Fraction of the largest force or torque below which no arrow is drawn."""
 

@@ -22,7 +22,7 @@ from nrchain.figures.arrows import (
     write_arrow_key,
 )
 from nrchain.figures.sheet import FULL, Detail, Sheet, Width, new_sheet
-from nrchain.figures.squirmer import draw_magnitude, draw_streamlines
+from nrchain.figures.squirmer import draw_bar, draw_magnitude, draw_streamlines
 from nrchain.motion.wrenches import active_wrenches
 from nrchain.scene.loading import load_scene
 from nrchain.trajectory.trajectory import Trajectory
@@ -64,7 +64,7 @@ def forces(moved: bool) -> tuple[np.ndarray, np.ndarray]:
 def draw(width: Width = "two", detail: Detail = FULL, title: bool = False) -> Sheet:
     """Draw the figure."""
     words = "Two pushers (2s) in two frames of reference" if title else ""
-    figure = new_sheet(width, 3.9 if width == "two" else 6.9, words)
+    figure = new_sheet(width, 3.5 if width == "two" else 6.3, words)
     panels = figure.subplots(1, 2) if width == "two" else figure.subplots(2, 1)
     for letter, axes, moved in zip("ab", panels, (False, True), strict=True):
         _draw_panel(axes, moved, detail.points)
@@ -92,7 +92,7 @@ def _draw_panel(axes: Any, moved: bool, points: int) -> None:
     x, y = np.meshgrid(line, line)
     found = flow(pose, np.stack([x, y, 0.0 * x], axis=-1), parts=["slip"])
     style_axes(axes)
-    draw_magnitude(axes, line, found.speed)
+    draw_bar(axes, draw_magnitude(axes, line, found.speed))
     draw_streamlines(axes, line, found.velocity[..., :2], density=1.0)
     force, torque = forces(moved)
     largest = np.linalg.norm(force, axis=1).max()

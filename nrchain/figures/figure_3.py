@@ -17,7 +17,7 @@ from nrchain.figures.sheet import FULL, Detail, Sheet, Width, new_sheet
 from nrchain.scene.loading import load_scene
 from nrchain.theory.rod.coarse_graining import moduli
 from nrchain.theory.rod.constants import Constants
-from nrchain.view.style import COLOURS, INK, LABEL, LINE, PALE, PAPER, TEXT
+from nrchain.view.style import COLOURS, DASHES, INK, LABEL, LINE, PALE, PAPER, TEXT
 
 MODES = {"2s": "apolar, achiral", "3a": "apolar, chiral", "3t": "polar, achiral"}
 MODES |= {"4a": "polar, chiral"}
@@ -31,6 +31,9 @@ NAMES += [f"{letter}{n}" for letter in "fm" for n in "₁₂₃"]
 
 LEAST = 1e-6
 """Fraction of the largest entry of a mode below which an entry is zero."""
+
+SECOND: dict[str, Any] = {"color": COLOURS[2], "linewidth": 1.3, "linestyle": DASHES[2]}
+"""The look of e₂."""
 
 SPHERES = np.arange(-2, 3)
 """Of the drawn rods, along x, in d."""
@@ -112,7 +115,7 @@ def draw_strain(axes: Any, strain: int) -> None:
     }
     for vector, (right, up) in ends.items():
         points = np.stack([x, x + right, x * np.nan, y, y + up, y * np.nan]).reshape(2, 3, -1)
-        style = FORCE if vector == 0 else {"color": COLOURS[2], "linewidth": 1.3}
+        style = FORCE if vector == 0 else SECOND
         axes.plot(*points.transpose(0, 2, 1).reshape(2, -1), **LINE | style)
 
 
@@ -152,7 +155,7 @@ def _write_key(figure: Any, two: bool) -> None:
 
     kinds = {
         "$e_1$": FORCE,
-        "$e_2$": {"color": COLOURS[2], "linewidth": 1.3},
+        "$e_2$": SECOND,
         "stress F, round: M": FORCE | {"marker": "D"},
         "source f, round: m": {"color": COLOURS[1], "linewidth": 1.3, "marker": ">"},
     }

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from nrchain.figures.evolution import draw_evolution, run
 from nrchain.figures.response import draw_response
 from nrchain.figures.sheet import Detail, Sheet, Width, new_sheet
-from nrchain.figures.squirmer import DECADES, draw_squirmer, misfit_of_pystokes
+from nrchain.figures.squirmer import draw_bar, draw_squirmer, misfit_of_pystokes
 from nrchain.figures.waves import Waves, draw_waves
-from nrchain.view.style import INK, TEXT, style_axes, write_letter
+from nrchain.view.style import write_letter
 
 HEIGHTS = {"one": 9.6, "two": 5.0}
 """Of a figure, in inches."""
@@ -46,7 +44,7 @@ def draw_mode(mode: Mode, width: Width, detail: Detail, title: bool) -> Sheet:
     label = mode.waves.label
     flow, response, waves, runs = _panels(figure, width, len(mode.scenes))
     image = draw_squirmer(flow, label, detail.points)
-    _draw_bar(figure, flow, image)
+    draw_bar(flow, image)
     draw_response(response, label, mode.waves.strengths[0])
     worst = draw_waves(waves, mode.waves, detail.lengths, detail.strengths)
     for panels, name in zip(runs, mode.scenes, strict=True):
@@ -79,18 +77,3 @@ def _panels(figure: Any, width: Width, scenes: int) -> tuple[Any, Any, Any, list
 def _pair(figure: Any, place: Any) -> list[Any]:
     """Two axes, one above the other."""
     return [figure.add_subplot(part) for part in place.subgridspec(2, 1)]
-
-
-def _draw_bar(figure: Any, axes: Any, image: Any) -> None:
-    """Draw the bar of the magnitude beside axes."""
-    bar = figure.colorbar(image, ax=axes, shrink=0.75, aspect=18, pad=0.02)
-    style_axes(bar.ax)
-    bar.ax.grid(False)
-    sides = {"bottom": False, "left": False, "right": True}
-    bar.ax.tick_params(**sides, **{f"label{side}": shown for side, shown in sides.items()})
-    bar.outline.set_linewidth(0.5)
-    low = image.norm.vmin
-    ticks = np.arange(low, low + DECADES + 1)
-    bar.ax.set_yticks(ticks, [f"$10^{{{tick:.0f}}}$" for tick in ticks])
-    bar.ax.set_ylim(low, low + DECADES + 0.5)
-    bar.ax.set_title("$|u|/V$", fontsize=TEXT, color=INK, pad=4, loc="left")

@@ -14,6 +14,7 @@ import numpy as np
 
 from nrchain.analysis.flow import Flow, flow
 from nrchain.figures.arrows import (
+    ACROSS,
     FORCE,
     NEGLIGIBLE,
     TORQUE,
@@ -105,7 +106,8 @@ def draw_squirmer(axes: Any, label: str, points: int) -> Any:
         axis.label.set_style("italic")
         axis.set_ticks([-5, 0, 5])
     axes.grid(False)
-    kinds = [("force", FORCE)] + [("torque", TORQUE)] * (label != "3t")
+    kinds = [("force", ACROSS if label in CHIRAL else FORCE)]
+    kinds += [("torque", TORQUE)] * (label != "3t")
     write_arrow_key(axes, kinds)
     return image
 
@@ -120,6 +122,21 @@ def draw_magnitude(axes: Any, line: np.ndarray, speed: np.ndarray) -> Any:
     )
     image.set(rasterized=True, zorder=0)
     return image
+
+
+def draw_bar(axes: Any, image: Any) -> None:
+    """Draw the bar of the magnitude beside axes."""
+    bar = axes.figure.colorbar(image, ax=axes, shrink=0.75, aspect=18, pad=0.02)
+    style_axes(bar.ax)
+    bar.ax.grid(False)
+    sides = {"bottom": False, "left": False, "right": True}
+    bar.ax.tick_params(**sides, **{f"label{side}": shown for side, shown in sides.items()})
+    bar.outline.set_linewidth(0.5)
+    low = image.norm.vmin
+    ticks = np.arange(low, low + DECADES + 1)
+    bar.ax.set_yticks(ticks, [f"$10^{{{tick:.0f}}}$" for tick in ticks])
+    bar.ax.set_ylim(low, low + DECADES + 0.5)
+    bar.ax.set_title("$|u|/V$", fontsize=TEXT, color=INK, pad=4, loc="left")
 
 
 def draw_streamlines(

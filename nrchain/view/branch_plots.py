@@ -30,6 +30,7 @@ from nrchain.view.style import (
     style_axes,
     write_key,
 )
+from nrchain.view.units import Kind, words
 
 STABLE, UNSTABLE = "-", (0, (4, 2))
 
@@ -47,12 +48,12 @@ VANISHING = 1e-9
 """Speeds and rotations below this, in a and radians per unit time of the fastest mode, are none."""
 
 
-QUANTITIES = {
-    "amplitude": "distance from the line",
-    "speed": "speed |V|",
-    "spin": "rotation |Ω|",
+QUANTITIES: dict[str, tuple[str, Kind]] = {
+    "amplitude": ("distance from the line", "length"),
+    "speed": ("speed |V|", "speed"),
+    "spin": ("rotation |Ω|", "rate"),
 }
-"""What is drawn of states, and its name on an axis."""
+"""What is drawn of states: its name on an axis, and its unit."""
 
 
 def draw_branches(
@@ -73,7 +74,7 @@ def draw_branches(
     """
     axes = as_axes(axes)
     values = [_values(branch, quantity) for branch in found.branches]
-    return draw_line(axes, found.line, found.branches, values, QUANTITIES[quantity], key)
+    return draw_line(axes, found.line, found.branches, values, _name(found, quantity), key)
 
 
 def save_branches(found: BranchDiagram, path: str | Path, *, title: bool = True) -> Path:
@@ -92,7 +93,7 @@ def save_branches(found: BranchDiagram, path: str | Path, *, title: bool = True)
         for name in QUANTITIES
         if name == "amplitude" or _moves(found, name)
     }
-    names = [QUANTITIES[name] for name in panels]
+    names = [_name(found, name) for name in panels]
     return save_panels(found.line, found.branches, panels.values(), names, path, title)
 
 
@@ -116,8 +117,8 @@ def save_panels(
     write_key(figure, shown, columns=4)
     figure.set(facecolor=PAPER, edgecolor=PAPER)
     if title:
-        words = letters(line.scene.title)
-        figure.suptitle(words, fontsize=TITLE, fontweight="bold", color=INK)
+        text = letters(line.scene.title)
+        figure.suptitle(text, fontsize=TITLE, fontweight="bold", color=INK)
     save(figure, path)
     return path
 
@@ -153,6 +154,11 @@ def _name_key(axes: Any, line: Line) -> None:
     """Name the key along which branches run, and show its range."""
     axes.set_xlabel(letters(", ".join(line.ranges)), size=LABEL, color=INK)
     axes.set_xlim(*sorted((line.low, line.high)))
+
+
+def _name(found: BranchDiagram, quantity: str) -> str:
+    text, kind = QUANTITIES[quantity]
+    return words(text, found.line.scene, kind)
 
 
 def _values(branch: StateBranch, name: str) -> np.ndarray:

@@ -12,9 +12,13 @@ from nrchain.errors import SceneError
 from nrchain.states.cycles.continuation import CycleDiagram
 from nrchain.view.branch_plots import draw_line, save_panels
 from nrchain.view.drawing import as_axes, check_picture
+from nrchain.view.units import Kind, words
 
-QUANTITIES = {"amplitudes": "largest excursion", "periods": "period T"}
-"""What is drawn of cycles, and its name on an axis."""
+QUANTITIES: dict[str, tuple[str, Kind]] = {
+    "amplitudes": ("largest excursion", "length"),
+    "periods": ("period T", "time"),
+}
+"""What is drawn of cycles: its name on an axis, and its unit."""
 
 
 def draw_cycles(
@@ -37,7 +41,7 @@ def draw_cycles(
         raise SceneError("quantity", quantity, f"must be one of {', '.join(QUANTITIES)}")
     axes = as_axes(axes)
     values = [getattr(branch, quantity) for branch in found.branches]
-    return draw_line(axes, found.line, found.branches, values, QUANTITIES[quantity], key)
+    return draw_line(axes, found.line, found.branches, values, _name(found, quantity), key)
 
 
 def save_cycles(found: CycleDiagram, path: str | Path, *, title: bool = True) -> Path:
@@ -50,5 +54,10 @@ def save_cycles(found: CycleDiagram, path: str | Path, *, title: bool = True) ->
     """
     path = check_picture(path)
     values = [[getattr(branch, name) for branch in found.branches] for name in QUANTITIES]
-    names = list(QUANTITIES.values())
+    names = [_name(found, name) for name in QUANTITIES]
     return save_panels(found.line, found.branches, values, names, path, title)
+
+
+def _name(found: CycleDiagram, quantity: str) -> str:
+    text, kind = QUANTITIES[quantity]
+    return words(text, found.line.scene, kind)

@@ -12,12 +12,13 @@ from typing import Literal
 
 from nrchain.scene.scene import Scene
 
-Kind = Literal["time", "rate", "speed"]
+Kind = Literal["time", "rate", "speed", "length"]
 
 UNITS: dict[Kind, str] = {
     "time": r"\gamma_T d^2/\mu",
     "rate": r"\mu/\gamma_T d^2",
     "speed": r"a\,\mu/\gamma_T d^2",
+    "length": "a",
 }
 
 
@@ -29,8 +30,9 @@ def time_scale(scene: Scene) -> float:
 
 def has_unit(scene: Scene, kind: Kind) -> bool:
     """Whether the unit of the paper is 1 in a scene."""
-    length = scene.chain.radius if kind == "speed" else 1.0
-    return math.isclose(time_scale(scene), 1.0, rel_tol=1e-9) and math.isclose(length, 1.0)
+    length = scene.chain.radius if kind in ("speed", "length") else 1.0
+    time = 1.0 if kind == "length" else time_scale(scene)
+    return math.isclose(time, 1.0, rel_tol=1e-9) and math.isclose(length, 1.0)
 
 
 def label(symbol: str, scene: Scene, kind: Kind) -> str:
@@ -41,6 +43,11 @@ def label(symbol: str, scene: Scene, kind: Kind) -> str:
     """
     unit = f"  [${UNITS[kind]}$]" if has_unit(scene, kind) else ""
     return f"${symbol}${unit}"
+
+
+def words(text: str, scene: Scene, kind: Kind) -> str:
+    """A name in words with its unit if the scene has that of the paper."""
+    return f"{text}  [${UNITS[kind]}$]" if has_unit(scene, kind) else text
 
 
 def time_unit(scene: Scene) -> str:

@@ -7,7 +7,7 @@ import pytest
 
 import nrchain
 from nrchain.errors import SceneError
-from nrchain.view.branch_plots import MARKERS, save_branches
+from nrchain.view.branch_plots import MARKERS, draw_branches, save_branches
 
 
 @cache
@@ -49,3 +49,16 @@ def test_stability_and_special_points_are_drawn(tmp_path, monkeypatch):
 def test_another_ending_is_refused():
     with pytest.raises(SceneError, match="must end in one of"):
         save_branches(branches(), "branches.txt")
+
+
+def test_one_quantity_is_drawn_on_axes_of_a_caller():
+    from matplotlib.figure import Figure
+
+    found, axes = branches(), Figure().subplots()
+    assert draw_branches(found, axes) is axes
+    heights = np.concatenate([line.get_ydata() for line in axes.lines])
+    assert heights.max() == pytest.approx(found.branches[1].amplitude.max())
+    assert axes.get_legend() is not None
+    assert draw_branches(found, quantity="speed", key=False).get_legend() is None
+    with pytest.raises(SceneError, match="must be one of amplitude, speed, spin"):
+        draw_branches(found, quantity="mass")

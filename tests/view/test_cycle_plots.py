@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import nrchain
 from nrchain.errors import SceneError
 from nrchain.states.cycles.orbit import Orbit
 from nrchain.states.varied import Line
 from nrchain.view.branch_plots import MARKERS
-from nrchain.view.cycle_plots import save_cycles
+from nrchain.view.cycle_plots import draw_cycles, save_cycles
 
 
 def diagram():
@@ -54,3 +55,15 @@ def test_amplitude_and_period_are_drawn_with_special_points(tmp_path, monkeypatc
 def test_other_formats_are_refused(tmp_path):
     with pytest.raises(SceneError):
         save_cycles(diagram(), tmp_path / "cycles.txt")
+
+
+def test_one_quantity_is_drawn_on_axes_of_a_caller():
+    axes = Figure().subplots()
+    assert draw_cycles(diagram(), axes, quantity="periods") is axes
+    assert axes.get_ylabel() == "period T  [$\\gamma_T d^2/\\mu$]"
+    assert axes.lines[0].get_ydata() == pytest.approx([9.0, 8.0, 7.5])
+    words = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert sorted(words) == ["period doubling", "stable", "unstable"]
+    assert draw_cycles(diagram()).get_ylabel() == "largest excursion  [$a$]"
+    with pytest.raises(SceneError, match="must be one of amplitudes, periods"):
+        draw_cycles(diagram(), quantity="length")

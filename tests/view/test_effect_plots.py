@@ -7,7 +7,7 @@ import nrchain
 from nrchain import effect_plots
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.trajectory.trajectory import Trajectory
-from nrchain.view.effect_plots import save_effects
+from nrchain.view.effect_plots import draw_effects, save_effects
 
 
 def run(**changes):
@@ -66,3 +66,19 @@ def test_long_runs_are_thinned(tmp_path, monkeypatch):
     monkeypatch.setattr(effect_plots, "MOST_TIMES", 2)
     figure = figure_of(monkeypatch, run(), tmp_path / "a.png")
     assert len(figure.axes[2].lines[0].get_xdata()) == 2
+
+
+def test_one_panel_is_drawn_on_axes_of_a_caller():
+    from matplotlib.figure import Figure
+
+    trajectory, axes = run(**{"slip.2s": 100.0}), Figure().subplots()
+    assert draw_effects(trajectory, axes) is axes
+    assert axes.get_xlabel() == "$t$  [$\\gamma_T d^2/\\mu$]"
+    sizes = nrchain.contribution_sizes(trajectory)
+    drawn = {line.get_ydata()[-1] for line in axes.lines}
+    assert drawn == {values[-1] for values in sizes.values()}
+    other = draw_effects(trajectory, panel="velocity", key=False)
+    assert other.get_xlabel() == "sphere"
+    assert other.get_legend() is None
+    with pytest.raises(SceneError, match="must be one of velocity, angular velocity, over time"):
+        draw_effects(trajectory, panel="energy")

@@ -1,9 +1,11 @@
 """Pictures of phase diagrams: each kind in the key, thresholds as lines."""
 
+import matplotlib
 import numpy as np
 import pytest
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 
 import nrchain
 from nrchain.diagrams.curves import Curve
@@ -14,7 +16,8 @@ from nrchain.diagrams.plane import Axis, Plane
 from nrchain.diagrams.regions import connected
 from nrchain.diagrams.trials import PhasePoint, Trial
 from nrchain.errors import SceneError
-from nrchain.view.phase_plots import LOOKS, save_phases
+from nrchain.view.phase_plots import DARK, LOOKS, draw_phases, save_phases
+from nrchain.view.style import INK, LEAST_CONTRAST, PAPER, contrast
 
 KINDS = {(0, 0): ["straight"], (1, 0): ["buckled"], (0, 1): ["straight", "irregular"]}
 
@@ -81,3 +84,21 @@ def test_kinds_are_told_apart_in_grey():
 def test_other_endings_are_refused(tmp_path):
     with pytest.raises(SceneError, match="must end in one of"):
         save_phases(diagram(), tmp_path / "d.gif")
+
+
+def test_a_diagram_is_drawn_on_axes_of_a_caller():
+    before, axes = dict(matplotlib.rcParams), Figure().subplots()
+    assert draw_phases(diagram(), axes) is axes
+    assert len(axes.get_legend().get_texts()) == 5
+    assert axes.get_xlabel() == "slip.2s"
+    assert draw_phases(diagram(), key=False).get_legend() is None
+    assert dict(matplotlib.rcParams) == before
+    with pytest.raises(SceneError, match="must be axes of matplotlib"):
+        draw_phases(diagram(), "d.png")
+
+
+def test_markers_are_seen_on_the_colour_of_their_kind():
+    for colour, _ in LOOKS.values():
+        ink = PAPER if colour in DARK else INK
+        ratio = contrast(colour) / contrast(ink)
+        assert max(ratio, 1.0 / ratio) >= LEAST_CONTRAST
