@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from nrchain.states.cycles.continuation import CycleDiagram
     from nrchain.states.modes import Mode
     from nrchain.states.spectrum import Spectrum
+    from nrchain.sweeps.result import Sweep
     from nrchain.theory.dispersion import Dispersion
     from nrchain.theory.rod.coarse_graining import Moduli
     from nrchain.trajectory.trajectory import Trajectory
@@ -32,7 +33,7 @@ def run_record(trajectory: Trajectory, picture: Path | None, attractor: Attracto
     choice = trajectory.choice
     return {
         "status": trajectory.status,
-        "cause": trajectory.cause and trajectory.cause.name.lower().replace("_", "-"),
+        "cause": trajectory.cause,
         "reason": trajectory.reason,
         "advice": trajectory.advice,
         "time": trajectory.time[-1] if len(trajectory) else None,
@@ -261,6 +262,26 @@ def cycles_record(found: CycleDiagram, picture: Path) -> Record:
             for one in found.branches
         ],
         "picture": picture,
+    }
+
+
+def sweep_record(found: Sweep, tables: list[Path]) -> Record:
+    """The points of a sweep with what was observed, and where its tables are."""
+    return {
+        "keys": list(found.keys),
+        "points": [
+            {
+                "values": one.values,
+                "outcome": one.outcome,
+                "cause": one.cause,
+                "reason": one.reason,
+                "observables": one.observables,
+                "trajectory": one.trajectory,
+            }
+            for one in found.points
+        ],
+        "failed": len(found.failed),
+        "tables": tables,
     }
 
 

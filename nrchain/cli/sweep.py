@@ -10,9 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from nrchain.cli.arguments import RUNS, Changes
+from nrchain.cli.arguments import RUNS, Changes, Json, Quiet, Style
+from nrchain.cli.completion import complete_number, complete_scene
 from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
+from nrchain.cli.records import show_json
+from nrchain.cli.result_records import sweep_record
 from nrchain.cli.terminal import console, note, report
 from nrchain.progress import terminal_bar
 from nrchain.run.interruption import INTERRUPTED
@@ -39,7 +42,9 @@ def sweep(
     scene: Annotated[
         str,
         typer.Argument(
-            help="Name of a shipped scene, or a TOML file; or the word show.", show_default=False
+            help="Name of a shipped scene, or a TOML file; or the word show.",
+            show_default=False,
+            autocompletion=complete_scene,
         ),
     ],
     folder: Annotated[
@@ -50,6 +55,7 @@ def sweep(
         list[str] | None,
         typer.Option(
             metavar="KEY=VALUES",
+            autocompletion=complete_number,
             help="Values of a key: low:high:count, low:high:count:log, or a list such as 16,32."
             " Can be repeated: all combinations are run.",
         ),
@@ -64,6 +70,7 @@ def sweep(
         list[str] | None,
         typer.Option(
             metavar="KEY=LOW:HIGH",
+            autocompletion=complete_number,
             help="Ends between which a key is drawn; with :log by its logarithm. Can be repeated.",
         ),
     ] = None,
@@ -71,6 +78,7 @@ def sweep(
         list[str] | None,
         typer.Option(
             metavar="KEY=LOW:HIGH",
+            autocompletion=complete_number,
             help="Ends of one or two keys, between which points are placed where the target"
             " changes most.",
         ),
@@ -132,12 +140,15 @@ def sweep(
         list[str] | None,
         typer.Option(metavar="KEY=VALUE", help="After show: value of a key that is not drawn."),
     ] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Run a scene at many points, keep what is observed, and draw it.
 
     A sweep that was interrupted goes on with the same command. More values or observables are
     added in the same way. Then nrchain sweep show FOLDER draws maps and lines.
     """
+    style = Style.of(as_json=as_json, quiet=quiet)
     if scene == SHOW:
         draw(folder, _split(observe), output, x, y, at, overwrite)
         return
@@ -175,7 +186,10 @@ def sweep(
                 found = compute(
                     loaded, table, output=place, progress=progress, executor=client, **options
                 )
-    _tell(found, place, shard)
+    if style is Style.JSON:
+        show_json(sweep_record(found, _tables(place)))
+    elif style.is_text:
+        _tell(found, place, shard)
 
 
 def draw(
@@ -211,7 +225,7 @@ def draw(
 
 def _tell(found: Sweep, place: Path, shard: str | None) -> None:
     """Print how many points there are, which failed, and where the tables are."""
-    from nrchain.sweeps.tables import CSV, NETCDF, PARQUET
+    from nrchain.sweeps.tables import CSV
 
     stopped = [point for point in found.points if point.outcome == "stopped"]
     failed = found.failed
@@ -227,9 +241,15 @@ def _tell(found: Sweep, place: Path, shard: str | None) -> None:
     if shard is not None:
         show("merge       when all shards are done: the same command without --shard")
         return
-    for name in (CSV, PARQUET, NETCDF):
-        if (place / name).exists():
-            show(f"table       {place / name}", soft_wrap=True)
+    for table in _tables(place):
+        show(f"table       {table}", soft_wrap=True)
+
+
+def _tables(place: Path) -> list[Path]:
+    """The tables in the folder of a sweep."""
+    from nrchain.sweeps.tables import CSV, NETCDF, PARQUET
+
+    return [place / name for name in (CSV, PARQUET, NETCDF) if (place / name).exists()]
 
 
 def _split(given: Sequence[str] | None) -> list[str]:

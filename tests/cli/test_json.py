@@ -33,6 +33,7 @@ COMMANDS = {
         *("buckling", *FEW, "--x", "slip.2s=0:10:2", "--y", "slip.3t=0:9:2"),
         *("--levels", "0", "--start", "random", "-o", "phases"),
     ),
+    "sweep": ("buckling", *FEW, "--grid", "slip.2s=0:10:2", "-o", "sweep"),
     "branch": ("buckling", *FEW, "--along", "slip.2s=0:10", "--branches", "1", "-o", "branches"),
 }
 
@@ -87,7 +88,7 @@ def test_a_run_that_stops_says_why(tmp_path):
     record = json.loads(shown.stdout)
     assert shown.exit_code == STOPPED
     assert (record["status"], record["attractor"]) == ("stopped", None)
-    assert record["cause"] == "budget"
+    assert record["cause"] == Trajectory.open(tmp_path).cause.value == "budget-reached"
     assert record["reason"] in shown.stderr
 
 
@@ -97,7 +98,7 @@ def test_a_refusal_prints_no_object(tmp_path):
     assert shown.stdout == ""
 
 
-@pytest.mark.parametrize("name", ["run", "resume", "dispersion", "phases", "branch"])
+@pytest.mark.parametrize("name", ["run", "resume", "dispersion", "phases", "branch", "sweep"])
 def test_quiet_prints_nothing(name, folder, monkeypatch):
     monkeypatch.chdir(folder)
     if name == "resume" and not Path("run").exists():
