@@ -38,11 +38,11 @@ COLUMNS = {
 }
 
 LOOKS: dict[str, dict[str, Any]] = {
-    "lattice": {"linewidth": 2.6, "alpha": 0.35, "zorder": 1},
-    "rod": {"linewidth": 1.2, "linestyle": "-", "zorder": 2},
-    "beam": {"linewidth": 1.2, "linestyle": (0, (3, 2)), "zorder": 3},
+    "lattice": {"linewidth": 2.6, "zorder": 1},
+    "rod": {"linewidth": 1.0, "linestyle": "-", "color": INK, "zorder": 2},
+    "beam": {"linewidth": 1.0, "linestyle": (0, (3, 2)), "color": INK, "zorder": 3},
 }
-"""The lines of each theory."""
+"""The lines of each theory: the lattice in the colour of its branch, the others dark upon it."""
 
 NAMES = {"lattice": "lattice", "rod": "rod", "beam": "beam limit"}
 
@@ -56,6 +56,9 @@ POINTS: dict[str, Any] = {
     "linestyle": "",
     "zorder": 4,
 }
+
+BRANCHES = (COLOURS[3], COLOURS[1])
+"""Colours of the two branches of a panel: dark lines are seen on both."""
 
 THINNER = 0.5
 """Width of the second branch over that of the first: both are seen where they coincide."""
@@ -185,12 +188,12 @@ def _draw_panel(
                 continue
             values = _above_rounding(part(rates), rates)
             width = look["linewidth"] * (1.0 if n == 0 else THINNER)
-            own = LINE | look | {"color": COLOURS[n], "linewidth": width}
+            own = LINE | {"color": BRANCHES[n]} | look | {"linewidth": width}
             (line,) = axes.plot(phases, values, **own)
             lines.setdefault(NAMES[theory], line)
     for n, branch in enumerate(branches):
-        place = (0.02 + 0.19 * n, 0.02)
-        axes.text(*place, branch.spoken, transform=axes.transAxes, color=COLOURS[n], size=TEXT)
+        place = (0.03, 0.12 - 0.1 * n)
+        axes.text(*place, branch.spoken, transform=axes.transAxes, color=BRANCHES[n], size=TEXT)
     lattice = found.lattice[:, branches]
     _scale(axes, phases, _above_rounding(part(lattice), lattice))
     return lines
@@ -206,7 +209,7 @@ def _draw_modes(
         own = modes.branches == branch
         phases = np.clip(modes.wavenumbers[own].real, least, None) * found.scene.chain.spacing
         values = _above_rounding(part(modes.rates[own]), found.lattice[:, branches])
-        (line,) = axes.plot(phases, values, **POINTS | {"color": COLOURS[n]}, label=MODES)
+        (line,) = axes.plot(phases, values, **POINTS | {"color": BRANCHES[n]}, label=MODES)
         lines.setdefault(MODES, line)
     return lines
 
