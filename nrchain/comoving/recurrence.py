@@ -114,7 +114,7 @@ def find_cycle(series: Series) -> Cycle | str:
     expected = 2.0 * math.pi / max(frequency(series.late(GRID)), 1e-300)
     spacing = float(series.time[-1] - series.time[-count]) / (count - 1)
     if PERIODS * expected > spacing * (count - 1):
-        return f"half of the run is shorter than {PERIODS:g} periods of about {expected:.4g}"
+        return "the shape still changes: a longer run shows whether it comes to rest or oscillates"
     if expected < FEWEST * spacing:
         return f"snapshots are too far apart: {expected / spacing:.2g} in a period"
     stride = max(int(expected / (FINE * spacing)), 1)
