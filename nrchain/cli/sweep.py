@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from nrchain.cli.arguments import RUNS, Changes, Json, Quiet, Style
-from nrchain.cli.completion import complete_number, complete_scene
+from nrchain.cli.completion import complete_key, complete_number, complete_scene
 from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
 from nrchain.cli.records import show_json
 from nrchain.cli.result_records import sweep_record
-from nrchain.cli.terminal import console, note, report
+from nrchain.cli.terminal import console, note, paragraph, report
 from nrchain.progress import terminal_bar
 from nrchain.run.interruption import INTERRUPTED
 
@@ -55,7 +55,7 @@ def sweep(
         list[str] | None,
         typer.Option(
             metavar="KEY=VALUES",
-            autocompletion=complete_number,
+            autocompletion=complete_key,
             help="Values of a key: low:high:count, low:high:count:log, or a list such as 16,32."
             " Can be repeated: all combinations are run.",
         ),
@@ -206,7 +206,7 @@ def draw(
     from nrchain.errors import SceneError
     from nrchain.scene.toml import parse_assignment
     from nrchain.sweeps.result import Sweep
-    from nrchain.view.sweep_plots import draw_sweep
+    from nrchain.view.sweep_plots import save_sweep
 
     if folder is None:
         raise SceneError("folder", folder, "must follow the word show: nrchain sweep show FOLDER")
@@ -214,7 +214,7 @@ def draw(
     if output is not None and not overwrite:
         check_absent(output)
     fixed = dict(map(parse_assignment, at or ()))
-    picture, others = draw_sweep(
+    picture, others = save_sweep(
         found, output or folder / PICTURE, names or None, x=x, y=y, at=fixed
     )
     if others:
@@ -235,7 +235,7 @@ def _tell(found: Sweep, place: Path, shard: str | None) -> None:
     show(f"points      {', '.join(words)}", soft_wrap=True)
     for point in failed[:SHOWN]:
         values = ", ".join(f"{key} = {value}" for key, value in point.values.items())
-        show(f"failed      {values}: {point.reason}", soft_wrap=True)
+        show(paragraph(f"{values}: {point.reason}", "failed      ", 12 * " "), soft_wrap=True)
     if len(failed) > SHOWN:
         show(f"            and {len(failed) - SHOWN} more: see {CSV}")
     if shard is not None:

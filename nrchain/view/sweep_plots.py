@@ -48,7 +48,7 @@ HEIGHT = 2.6
 """Of a panel, in inches."""
 
 
-def draw_sweep(
+def save_sweep(
     sweep: Sweep,
     path: str | Path,
     names: Sequence[str] | None = None,

@@ -98,10 +98,10 @@ def test_many_values_of_a_second_key_make_a_map_and_keys_not_drawn_are_told(tmp_
             for n in (4, 5)
         ]
     )
-    path, others = sweep_plots.draw_sweep(found, tmp_path / "a.png")
+    path, others = sweep_plots.save_sweep(found, tmp_path / "a.png")
     assert others == {"chain.particles": 4}
     assert imread(path).std() > 0.05
-    _, others = sweep_plots.draw_sweep(found, tmp_path / "b.png", at={"chain.particles": 5})
+    _, others = sweep_plots.save_sweep(found, tmp_path / "b.png", at={"chain.particles": 5})
     assert others == {}
 
 
@@ -116,5 +116,5 @@ def test_many_values_of_a_second_key_make_a_map_and_keys_not_drawn_are_told(tmp_
 )
 def test_other_keys_are_refused(given, words, tmp_path):
     with pytest.raises(SceneError, match=words):
-        sweep_plots.draw_sweep(grid(), tmp_path / "a.png", **given)
+        sweep_plots.save_sweep(grid(), tmp_path / "a.png", **given)
     assert not (tmp_path / "a.png").exists()
