@@ -150,7 +150,7 @@ def sweep(
     """
     style = Style.of(as_json=as_json, quiet=quiet)
     if scene == SHOW:
-        draw(folder, _split(observe), output, x, y, at, overwrite)
+        draw(folder, _split(observe), output, x, y, at, overwrite, style)
         return
     from nrchain.errors import SceneError
     from nrchain.scene.loading import load_scene
@@ -200,6 +200,7 @@ def draw(
     y: str | None,
     at: Sequence[str] | None,
     overwrite: bool,
+    style: Style,
 ) -> None:
     """Draw a sweep: the first observable, or each of those named, in a panel of its own."""
     from nrchain.cli.summary import check_absent
@@ -220,7 +221,10 @@ def draw(
     if others:
         words = ", ".join(f"{key} = {value}" for key, value in others.items())
         note(f"drawn at {words}; --at chooses other values")
-    show(f"picture     {picture}", soft_wrap=True)
+    if style is Style.JSON:
+        show_json({"picture": picture, "at": others | fixed})
+    elif style.is_text:
+        show(f"picture     {picture}", soft_wrap=True)
 
 
 def _tell(found: Sweep, place: Path, shard: str | None) -> None:

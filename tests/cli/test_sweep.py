@@ -46,6 +46,9 @@ def test_a_grid_is_run_tabulated_and_drawn(tmp_path):
     assert drawn.exit_code == 0, drawn.stderr
     assert picture.stat().st_size > 5_000
     assert_refused(call("sweep", "show", "d", "-o", picture), "exists")
+    again = call("sweep", "show", "d", "--y", "chain.particles", "--json")
+    assert json.loads(again.stdout) == {"picture": "d/sweep.png", "at": {}}
+    assert call("sweep", "show", "d", "-q").stdout == ""
 
 
 def test_shards_are_merged_by_the_same_command():
