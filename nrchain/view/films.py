@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from nrchain.analysis.measured_chain import require_trajectory
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.inputs.rules import is_whole
 from nrchain.scene.derived import modes_text
@@ -93,7 +94,7 @@ def film(
         raise SceneError("film", str(path), f"must end in one of {', '.join(FILMS)}")
     refuse_existing(path, overwrite)
     check_film(path, fps)
-    if not len(trajectory.time):
+    if not len(require_trajectory(trajectory)):
         raise TrajectoryError("the trajectory has no finished snapshot to draw")
     shown = chosen_snapshots(trajectory, pick_frames(trajectory.time, times, spacing))
     require_matplotlib()

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from support import process_state
 from support.films import assert_film, growing, read_gif, read_mp4
+from support.pictures import assert_looks_like
 
 import nrchain
-from nrchain.errors import SceneError, TrajectoryError
+from nrchain.errors import NrchainError, SceneError, TrajectoryError
+from nrchain.view.film_files import write_png
 
 
 @pytest.mark.parametrize("view", ["planes", "3d"])
@@ -25,6 +27,8 @@ def test_a_film_has_the_frames_asked_for(tmp_path, view):
     assert frames.shape[2] == 1000
     assert lasted == 500
     assert seen == [(n, 5) for n in range(1, 6)]
+    write_png(tmp_path / "last.png", frames[-1])
+    assert_looks_like(tmp_path / "last.png", f"film-{view}")
 
 
 def test_an_mp4_is_as_wide_as_asked_for(tmp_path):
@@ -84,6 +88,11 @@ def test_an_existing_film_is_replaced_only_on_request(tmp_path):
     assert path.read_bytes() == b"dear"
     nrchain.film(growing(), path, width=400, times=2, overwrite=True)
     assert len(read_gif(path)[0]) == 2
+
+
+def test_a_snapshot_is_no_film(tmp_path):
+    with pytest.raises(NrchainError, match="must be a Trajectory"):
+        nrchain.film(growing()[-1], tmp_path / "film.gif")
 
 
 def test_the_process_stays_as_it_is(tmp_path):

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from nrchain.analysis.measured_chain import require_trajectory
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.inputs.optional import optional
 from nrchain.inputs.rules import is_whole, whole
@@ -112,7 +113,7 @@ def render(
     """
     target = None if path is None else _check_target(Path(path), fps, overwrite)
     film = target is None or is_film(target)
-    if not len(trajectory.time):
+    if not len(require_trajectory(trajectory)):
         raise TrajectoryError("the trajectory has no finished snapshot to draw")
     look = Look(_check_size(size, target), direction(view), follow, frames, tube)
     if film:
@@ -122,6 +123,8 @@ def render(
     chosen = chosen_snapshots(trajectory, shown)
     whole(least=0)("tracers", tracers)
     coloured = colouring(chosen, colour, colour_scale)
+    if coloured is not None and coloured.of == "links" and not tube:
+        raise SceneError("colour", colour, "colours the centreline: draw it, with tube")
     (require_display if target is None else require_opengl)()
     pyvista = optional("pyvista", "view", "drawing in three dimensions")
     carried = trace(chosen, tracers) if tracers else None

@@ -179,6 +179,8 @@ class Stage:
         shine = {"ambient": 0.15, "specular": 0.25, "specular_power": 20, "show_scalar_bar": False}
         actor = self.plotter.add_mesh(mesh, reset_camera=False, render=False, **shine, **looks)
         actor.prop.interpolation = "Phong"
+        if "scalars" in looks:
+            self._mapper = actor.mapper
 
     def _draw_spheres(self, count: int) -> None:
         template = sphere(self._pyvista, count)
@@ -231,6 +233,7 @@ class Stage:
         self.plotter.add_scalar_bar(
             # its own title would run into its numbers
             " ",
+            mapper=self._mapper,
             color=INK,
             vertical=False,
             n_labels=5,

@@ -4,6 +4,7 @@ VTK ends its process where OpenGL fails, and takes seconds to start: one process
 that the tests look at.
 """
 
+import json
 import os
 import subprocess
 import sys
@@ -13,10 +14,12 @@ import numpy as np
 import pytest
 from PIL import Image
 from support.films import assert_film, growing, read_gif, read_mp4
+from support.pictures import assert_looks_like
 
 import nrchain
 from nrchain.errors import MissingLibraryError, SceneError, TrajectoryError
 from nrchain.view.space import opengl
+from nrchain.view.space.colouring import colouring
 from nrchain.view.space.opengl import require_display, require_opengl
 
 PROGRAM = """
@@ -33,16 +36,29 @@ theme = json.dumps(pyvista.global_theme.to_dict(), default=str)
 chain = growing()
 # the libraries are loaded, which add to the filters of warnings
 nrchain.render(chain, f"{folder}/plain.png", size=(320, 180))
+ranges = {}
+
+
+class Recorded(pyvista.Plotter):
+    def close(self):
+        bars = [bar.GetLookupTable().GetRange() for bar in self.scalar_bars.values()]
+        ranges.setdefault("all", []).append(bars)
+        super().close()
+
+
 before = process_state.state()
+plotter, pyvista.Plotter = pyvista.Plotter, Recorded
 for name, options in {
     "first.png": {"snapshot": 0},
-    "tracers.png": {"tracers": 60},
+    "tracers.png": {"tracers": 60, "colour": "effect:slip 2s", "tube": False},
     "above.png": {"view": "z", "frames": False, "tube": False},
     "bend.png": {"colour": "bend"},
         "slip.png": {"colour": "effect:slip 2s"},
     "spin.gif": {"times": 4, "fps": 5.0, "colour": "spin", "follow": True},
 }.items():
     nrchain.render(chain, f"{folder}/{name}", size=(320, 180), **options)
+pyvista.Plotter = plotter
+json.dump(ranges["all"], open(f"{folder}/ranges.json", "w"))
 after = process_state.state()
 assert not process_state.changes(before, after), process_state.changes(before, after)
 assert json.dumps(pyvista.global_theme.to_dict(), default=str) == theme
@@ -98,6 +114,11 @@ def test_what_is_asked_for_is_seen(drawn):
         assert np.mean(np.abs(picture(drawn, name) - plain).max(axis=-1) > 60) > 2e-3, name
 
 
+@pytest.mark.parametrize("name", ["plain", "slip", "above", "first"])
+def test_pictures_look_as_they_did(drawn, name):
+    assert_looks_like(drawn / f"{name}.png", f"space-{name}")
+
+
 def test_the_chain_is_drawn_to_scale(drawn):
     """Seen from above, six spheres of radius 1 stand at every 10 along x."""
     image = picture(drawn, "above.png")
@@ -118,6 +139,15 @@ def test_a_colour_is_that_of_its_map(drawn):
         image = picture(drawn, name)[20:140]
         yellow = (image[..., 0] > 150) & (image[..., 1] > 130) & (image[..., 2] < 100)
         assert (yellow.mean() > 1e-4) == (most == 1.0), name
+
+
+def test_the_bar_shows_the_limits_of_the_quantity(drawn):
+    shown = json.loads((drawn / "ranges.json").read_text())
+    chain = growing()
+    last = [colouring(chain[-1:], name).limits for name in ("bend", "effect:slip 2s")]
+    expected = [[], [last[1]], [], [last[0]], [last[1]]]
+    for bars, limits in zip(shown[:5], expected, strict=True):
+        assert [tuple(bar) for bar in bars] == [pytest.approx(one) for one in limits]
 
 
 def test_films_have_their_frames(drawn):
@@ -142,6 +172,7 @@ def test_films_have_their_frames(drawn):
         ("a.gif", {"times": 7}, "times = 7: there are 6 snapshots"),
         ("a.gif", {"fps": 0}, "fps = 0"),
         ("a.png", {"colour": "red"}, "colour = 'red'"),
+        ("a.png", {"colour": "bend", "tube": False}, "colour = 'bend': colours the centreline"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused(tmp_path, name, options, message):
