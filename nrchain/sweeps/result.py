@@ -54,6 +54,10 @@ class SweepPoint:
         Of nrchain and of the packages it ran with, no part of a comparison.
     trajectory
         The file that was kept, no part of a comparison.
+
+    >>> scene = {"chain": {"particles": 2}, "run": {"end": 1.0}}
+    >>> nrchain.sweep(scene, {"run.end": [0.5]}, observe="end.time").points[0]
+    <SweepPoint run.end = 0.5: completed; end.time 0.5>
     """
 
     name: str
@@ -118,6 +122,11 @@ class Sweep:
         In the order of their values, whatever the order in which they were run.
     folder
         Where it is kept, no part of a comparison; None for a sweep in memory.
+
+    >>> scene = {"chain": {"particles": 2}, "run": {"end": 1.0}}
+    >>> found = nrchain.sweep(scene, {"run.end": "1:2:2"})
+    >>> found.keys, len(found), found.points[1].values["run.end"]
+    (('run.end',), 2, 2.0)
     """
 
     scene: Scene
