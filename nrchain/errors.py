@@ -25,6 +25,20 @@ SYSTEMS = "nrchain runs on Linux and macOS, and on Windows inside WSL."
 """The supported systems, in the words of the README."""
 
 
+class Words(str):
+    """What an error shows in place of a value that is too long to show; without quotes.
+
+    >>> raise SceneError("guess", Words("the given poses"), "leads to no state")
+    Traceback (most recent call last):
+    nrchain.errors.SceneError: guess = the given poses: leads to no state
+    """
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
 class NrchainError(Exception):
     """Base class of all errors of nrchain."""
 

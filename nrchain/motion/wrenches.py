@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from nrchain.errors import SceneError
+from nrchain.errors import SceneError, Words
 from nrchain.hydrodynamics.given_slips import GivenSlip, given_slips
 from nrchain.hydrodynamics.slip import Slip
 from nrchain.inputs.arguments import finite_array, rotations
@@ -111,7 +111,9 @@ def _refuse_coincident(positions: np.ndarray, reach: int) -> None:
         apart = np.any(positions[places:] != positions[:-places], axis=1)
         if not apart.all():
             i = int(np.argmin(apart))
-            raise SceneError("positions", f"spheres {i} and {i + places}", "must not coincide")
+            raise SceneError(
+                "positions", Words(f"spheres {i} and {i + places}"), "must not coincide"
+            )
 
 
 def _native(

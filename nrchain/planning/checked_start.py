@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from nrchain.errors import SceneError
+from nrchain.errors import SceneError, Words
 from nrchain.geometry.near_pairs import closest_pair
 from nrchain.inputs.arguments import finite_array, rotations
 from nrchain.inputs.arrays import GivenArray
@@ -119,7 +119,7 @@ def _refuse_overlap(scene: Scene, positions: np.ndarray, given: str) -> None:
     distance, i, j = closest_pair(positions, scene.period)
     contact = contact_distance(scene)
     if distance <= contact:
-        who = f"spheres {i} and {j}"
+        who = Words(f"spheres {i} and {j}")
         must = f"{distance:.6g} apart and must be more than {contact:g} apart"
         if given:
             raise SceneError(given, who, f"overlap: they are {must}")
@@ -134,7 +134,7 @@ def _refuse_turns(scene: Scene, frames: np.ndarray, given: str) -> None:
             " springs of twist and bend pull it towards a half turn"
         )
         if given:
-            raise SceneError(given, f"link {link}", why)
+            raise SceneError(given, Words(f"link {link}"), why)
         raise SceneError("start.shape", scene.start.shape, f"link {link} is {why}")
 
 

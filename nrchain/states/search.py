@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from nrchain.comoving.relative import Point, RelativeChain
-from nrchain.errors import SceneError
+from nrchain.errors import SceneError, Words
 from nrchain.geometry.near_pairs import closest_pair
 from nrchain.inputs.arguments import finite_array, rotations
 from nrchain.motion.contact import contact_distance, has_rotational_springs, most_turned_link
@@ -53,7 +53,7 @@ def state_near(scene: Scene, at: Any = None, key: str = "at") -> SteadyState:
 
 def start_name(at: Any) -> str:
     """What errors call the poses from which a state is sought."""
-    return "the straight chain" if at is None else "the given poses"
+    return Words("the straight chain" if at is None else "the given poses")
 
 
 def _no_state(begin: Point, key: str, name: str, found: str) -> SceneError:
@@ -111,8 +111,8 @@ def refuse_poses_out_of_reach(
     soft = "the loads of the links exceed their stiffness; raise "
     if distance <= contact:
         allowed = f"overlap in the state, {distance:.4g} apart: {soft}elasticity.ratio"
-        raise SceneError(key, f"spheres {i} and {j}", allowed)
+        raise SceneError(key, Words(f"spheres {i} and {j}"), allowed)
     angle, link = most_turned_link(frames, scene.chain.ends == "periodic")
     if has_rotational_springs(scene) and angle >= 0.5 * np.pi:
         allowed = f"has turned by {angle:.4g} rad in the state: {soft}elasticity.twist and .bend"
-        raise SceneError(key, f"link {link}", allowed)
+        raise SceneError(key, Words(f"link {link}"), allowed)

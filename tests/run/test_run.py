@@ -184,14 +184,14 @@ def test_any_turn_is_fine_without_springs_against_it():
     ("poses", "message"),
     [
         ({"positions": np.zeros((3, 3))}, r"positions = \(3, 3\): the shape must be \(20, 3\)"),
-        ({"positions": np.zeros((20, 3))}, "^positions = 'spheres 0 and 1': overlap"),
+        ({"positions": np.zeros((20, 3))}, "^positions = spheres 0 and 1: overlap"),
         ({"positions": np.full((20, 3), np.nan)}, "finite"),
         ({"positions": [["a"] * 3] * 20}, "must be numbers of shape"),
         (
             {"positions": 1e200 * np.arange(60.0).reshape(20, 3)},
             r"must be at most 1e\+100",
         ),
-        ({"frames": half_turned()}, r"^frames = 'link 9': turned by 3 rad"),
+        ({"frames": half_turned()}, r"^frames = link 9: turned by 3 rad"),
         ({"frames": np.zeros((20, 3, 3))}, r"^frames\[0\] = .* orthonormal .* off by 1;"),
         ({"frames": -np.broadcast_to(np.eye(3), (20, 3, 3))}, "are left-handed"),
     ],

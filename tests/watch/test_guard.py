@@ -115,7 +115,7 @@ def test_the_link_that_closes_a_periodic_chain_is_watched_too(count):
     angle, link = most_turned_link(path(1.0)[1], True)
     assert (angle, link) == (pytest.approx(2.0), count - 1)
     scene = scene_of(count, **shape, **{"chain.ends": "periodic"})
-    with pytest.raises(SceneError, match=f"'link {count - 1}': turned by 2 rad"):
+    with pytest.raises(SceneError, match=f"= link {count - 1}: turned by 2 rad"):
         nrchain.simulate(scene, frames=path(1.0)[1])
 
 

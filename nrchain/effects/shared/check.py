@@ -10,7 +10,7 @@ import numpy as np
 from nrchain.effects.base import Effect
 from nrchain.effects.registry import acting, effects
 from nrchain.effects.shared.check_poses import WatchedEffect, bent_poses, given_poses, moved_poses
-from nrchain.errors import NOT_GIVEN, SceneError
+from nrchain.errors import NOT_GIVEN, SceneError, Words
 from nrchain.scene.loading import load_scene
 from nrchain.scene.scene import Scene
 from nrchain.types import Poses
@@ -127,7 +127,7 @@ class _Check:
                 f"effect {self.kind.name} exerts nothing there, so that there is nothing to check: "
                 "give positions and frames, or a scene, at which it does"
             )
-            raise SceneError("positions", "those of the check", allowed)
+            raise SceneError("positions", Words("those of the check"), allowed)
         numeric = self.differences(self.result)
         self.effect.linearise(*self.poses)
         self.result(moved_poses(self.poses, 0, 1, 0.1 * self.scene.chain.radius))

@@ -9,7 +9,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from nrchain.errors import SceneError, TrajectoryError
+from nrchain.errors import SceneError, TrajectoryError, Words
 from nrchain.inputs.rules import number, whole
 from nrchain.notebook import table_html
 from nrchain.run.folders import new_folder
@@ -177,7 +177,7 @@ def _from_hopf(curve: CycleCurve, point: SpecialPoint) -> list[tuple[Round, Dire
     state = SteadyCurve(curve.line).at(point.poses, point.value)
     found = orbits_leaving(curve, state, point.frequency, point.multiplicity)
     if not found:
-        raise SceneError("guess", "the Hopf point", "has no cycle that is found next to it")
+        raise SceneError("guess", Words("the Hopf point"), "has no cycle that is found next to it")
     return found
 
 

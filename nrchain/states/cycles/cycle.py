@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from nrchain.comoving.relative import RelativeChain
-from nrchain.errors import SceneError
+from nrchain.errors import SceneError, Words
 from nrchain.inputs.rules import is_number
 from nrchain.notebook import record_html
 from nrchain.scene.scene import Scene
@@ -182,13 +182,13 @@ def cycle_near(chain: RelativeChain, orbit: Orbit, tolerance: float, modes: int)
         with np.errstate(all="ignore"):
             found = _found(chain, orbit, tolerance)
     except (FloatingPointError, np.linalg.LinAlgError) as error:
-        raise SceneError("guess", "the guess", f"leads to no cycle: {error}") from None
+        raise SceneError("guess", Words("the guess"), f"leads to no cycle: {error}") from None
     if found is None:
         allowed = (
             "leads to no cycle: Newton's method does not converge; run it longer. If its"
             " oscillation dies out, find_state finds the state that it settles in"
         )
-        raise SceneError("guess", "the guess", allowed)
+        raise SceneError("guess", Words("the guess"), allowed)
     _refuse_state(found)
     for pose in zip(*found.fine.system.orbit.bases(), strict=True):
         refuse_poses_out_of_reach(chain.scene, *pose, "guess")
@@ -214,7 +214,7 @@ def _refuse_state(found: Refined) -> None:
     size = np.linalg.norm(away.reshape(-1, 2, 3), axis=2) * [1.0, chain.length]
     if size.max() <= STILL * chain.scene.chain.spacing:
         allowed = "leads to a state whose shape does not change: find_state finds it"
-        raise SceneError("guess", "the guess", allowed)
+        raise SceneError("guess", Words("the guess"), allowed)
 
 
 def cycle_of(found: Refined, modes: int) -> Cycle:

@@ -13,7 +13,7 @@ import numpy as np
 
 from nrchain.comoving.motions import moved
 from nrchain.comoving.relative import RelativeChain
-from nrchain.errors import SceneError
+from nrchain.errors import SceneError, Words
 from nrchain.run.preparation import check_start
 from nrchain.run.simulation import simulate_in_memory
 from nrchain.scene.loading import load_scene
@@ -64,7 +64,7 @@ def orbit_from_run(scene: Scene, run: Trajectory) -> tuple[RelativeChain, Orbit]
     for duration in durations:
         on = _run_on(scene, begin, duration)
         if on.status != "completed":
-            raise SceneError("guess", "the run", f"does not go on from its end: {on.reason}")
+            raise SceneError("guess", Words("the run"), f"does not go on from its end: {on.reason}")
         found = _returns(chain, on.time, on.positions, on.frames)
         best = min([best, *(one.distance for one in found)])
         near = [one for one in found if one.distance <= RETURNED]
@@ -79,7 +79,7 @@ def orbit_from_run(scene: Scene, run: Trajectory) -> tuple[RelativeChain, Orbit]
             "does not return to its shape: run it over several periods, with snapshots that resolve"
             " each"
         )
-    raise SceneError("guess", "the run", allowed)
+    raise SceneError("guess", Words("the run"), allowed)
 
 
 def _run_on(scene: Scene, begin: Poses, duration: float) -> Trajectory:
@@ -105,7 +105,7 @@ def _returns(
     largest = float(away.max(initial=0.0))
     if largest <= STILL * chain.scene.chain.spacing:
         allowed = "has settled: its shape does not change; find_state finds states of steady motion"
-        raise SceneError("guess", "the run", allowed)
+        raise SceneError("guess", Words("the run"), allowed)
     left = np.flatnonzero(away > LEFT * largest)
     found = []
     for k in range(int(left[0]) + 1, len(away) - 1):
