@@ -26,6 +26,8 @@ ERROR_ROWS = 6
 ROUNDING = 1e-12
 """Part of a rate, relative to its size, that is shown as 0."""
 
+NOT_KNOWN = "not known"
+
 ERRORS_NOTE = (
     "errors are the distance from a second run with a tenth of the tolerances, the largest over the"
     " spheres"
@@ -63,12 +65,11 @@ def counts(trajectory: Trajectory) -> dict[str, str]:
     from nrchain.run.work import cost_of
 
     work = cost_of(trajectory).work
-    wall = trajectory.counters.get("wall_time", 0.0)
     lines = {
         "reached": f"t = {trajectory.time[-1]:.6g}, {len(trajectory)} snapshots",
         "steps": f"{work.steps}, with {work.evaluations} right-hand sides, {work.jacobians} "
         f"Jacobians and {work.solves} solves",
-        "time": f"{_processor_time(trajectory)} of the processor, {wall:.2f} s in all",
+        "time": _times(trajectory),
     }
     if trajectory.choice is not None:
         choice = trajectory.choice
@@ -84,6 +85,13 @@ def counts(trajectory: Trajectory) -> dict[str, str]:
         positions, frames = (_error(float(part.max())) for part in errors)
         lines["error"] = f"positions {positions} a, frames {frames} rad, the largest"
     return lines
+
+
+def _times(trajectory: Trajectory) -> str:
+    """The processor time of a run, if it is known, and its wall time."""
+    wall = f"{trajectory.counters.get('wall_time', 0.0):.2f} s in all"
+    processor = _processor_time(trajectory)
+    return wall if processor == NOT_KNOWN else f"{processor} of the processor, {wall}"
 
 
 def errors_table(trajectory: Trajectory) -> Table:
@@ -103,7 +111,7 @@ def errors_table(trajectory: Trajectory) -> Table:
 
 def _error(error: float) -> str:
     if math.isnan(error):
-        return "not known"
+        return NOT_KNOWN
     return f"{error:.1e}" if error else "0"
 
 
@@ -113,7 +121,7 @@ def _processor_time(trajectory: Trajectory) -> str:
 
     cost = cost_of(trajectory)
     if 0 < cost.work.steps < FEWEST_STEPS:
-        return "not known"
+        return NOT_KNOWN
     return f"{digits(cost.seconds)} s"
 
 

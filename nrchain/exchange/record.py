@@ -9,7 +9,7 @@ from typing import Self
 
 import numpy as np
 
-from nrchain.errors import SceneError, TrajectoryError
+from nrchain.errors import TrajectoryError
 from nrchain.geometry.quaternions import frames_of
 from nrchain.scene.toml import write_toml
 from nrchain.trajectory.labelled import keys_without_poses
@@ -115,5 +115,5 @@ def pick_frame(path: Path, index: int, count: int) -> int:
     """The place from 0 of frame ``index`` of ``count``, which may count from the end."""
     if not -count <= index < count:
         have = f"it has frames 0 to {count - 1}, or -1 for the last" if count else "it has none"
-        raise SceneError(f"start from {path}", index, f"there is no such frame; {have}")
+        raise TrajectoryError(f"{path}: there is no frame {index}; {have}")
     return index % count

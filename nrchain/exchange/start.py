@@ -69,9 +69,9 @@ class StartingFrame:
 def starting_frame(given: StartLike, scene: Scene) -> StartingFrame:
     """The frame that is given for the start of a run of ``scene``.
 
-    Raises :class:`~nrchain.errors.SceneError` if it has not as many spheres as the scene, if there
-    is no such frame, or for something that is no start, and
-    :class:`~nrchain.errors.TrajectoryError` for a file that cannot be read.
+    Raises :class:`~nrchain.errors.SceneError` if it has not as many spheres as the scene, or for
+    something that is no start, and :class:`~nrchain.errors.TrajectoryError` for a file that cannot
+    be read and for a frame that is not there.
     """
     found = _find(given)
     spheres, wanted = len(found.positions), require_scene(scene).chain.particles
@@ -129,8 +129,16 @@ def split_frame(place: str | os.PathLike[str]) -> tuple[Path, int]:
     text = os.fspath(place)
     numbered = _NUMBERED.fullmatch(text)
     if numbered is None or os.path.exists(text):
+        _refuse_other_frames(text)
         return Path(text), LAST
     return Path(numbered[1]), int(numbered[2])
+
+
+def _refuse_other_frames(text: str) -> None:
+    """Refuse ``PATH:frame`` where the path is there and the frame is no whole number."""
+    path, colon, frame = text.rpartition(":")
+    if colon and not os.path.exists(text) and os.path.exists(path):
+        raise TrajectoryError(f"{path}: there is no frame {frame!r}; frames are whole numbers")
 
 
 def _from_trajectory(trajectory: Trajectory, index: int) -> StartingFrame:

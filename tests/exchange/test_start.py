@@ -167,9 +167,11 @@ def test_what_is_no_start_is_refused(folder, tmp_path):
         if isinstance(start, tuple):
             match = r"start: frames = \(5, 3\): the shape must be \(5, 3, 3\)"
         refused(start, match, **{"chain.particles": 6})
-    refused(f"{folder / 'first'}:5", "frames 0 to 4, or -1 for the last")
-    refused(f"{folder / 'first'}:-6", "there is no such frame")
-    refused(f"{folder / 'first.npz'}:7", r"first\.npz = 7: .*frames 0 to 4")
+    missing = "there is no frame", TrajectoryError
+    refused(f"{folder / 'first'}:5", r"no frame 5; .*frames 0 to 4, or -1 for the last", missing[1])
+    refused(f"{folder / 'first'}:-6", *missing)
+    refused(f"{folder / 'first.npz'}:7", r"first\.npz: there is no frame 7; ", missing[1])
+    refused(f"{folder / 'first.npz'}:last", "'last'; frames are whole numbers", missing[1])
     refused(7, "must be a snapshot, a trajectory")
     refused(folder / "nowhere", "no such trajectory", TrajectoryError)
     refused(folder / "nowhere.xyz", "there is no such file", TrajectoryError)
