@@ -24,11 +24,11 @@ def crooked(count, seed=0):
     return positions, turned.as_matrix()
 
 
-@pytest.mark.parametrize("ends", ["free", "periodic"])
-@pytest.mark.parametrize("count", [2, 3, 4, 7])
+@pytest.mark.parametrize(
+    ("count", "ends"),
+    [(2, "free"), (3, "free"), (4, "free"), (7, "free"), (4, "periodic"), (7, "periodic")],
+)
 def test_stretch_and_shear_have_the_elastic_energy(count, ends):
-    if ends == "periodic" and count < 4:
-        pytest.skip("a periodic chain has at least four spheres")
     positions, frames = crooked(count)
     found = link_strains(scene(count, ends), positions, frames)
     for strain, name in ((found.stretch, "stretch"), (found.shear, "shear")):
