@@ -40,7 +40,11 @@ class Words(str):
 
 
 class NrchainError(Exception):
-    """Base class of all errors of nrchain."""
+    """Base class of all errors of nrchain.
+
+    >>> issubclass(SceneError, NrchainError)
+    True
+    """
 
 
 class SceneError(NrchainError, ValueError):
@@ -72,11 +76,23 @@ class SceneError(NrchainError, ValueError):
 
 
 class SceneWarning(UserWarning):
-    """A scene that is simulated, but may not show what its user expects."""
+    """A scene that is simulated, but may not show what its user expects.
+
+    >>> import warnings
+    >>> warnings.simplefilter("ignore", SceneWarning)  # in a program that knows
+    """
 
 
 class UnknownNameError(NrchainError, KeyError):
-    """An unknown name, such as that of an effect; the message lists the known ones."""
+    """An unknown name, such as that of an effect; the message lists the known ones.
+
+    >>> from nrchain import load_scene
+    >>> try:
+    ...     load_scene("buckling").slip.modes["2a"]
+    ... except UnknownNameError as error:
+    ...     "did you mean '2s'" in str(error)
+    True
+    """
 
     def __str__(self) -> str:
         # KeyError would put quotes around the sentence
@@ -84,7 +100,12 @@ class UnknownNameError(NrchainError, KeyError):
 
 
 class BackendError(NrchainError, RuntimeError):
-    """A backend of pair laws that is missing, has an unknown version, or fails its self-check."""
+    """A backend of pair laws that is missing, has an unknown version, or fails its self-check.
+
+    >>> raise BackendError("PyStokes 9.9 is not known")
+    Traceback (most recent call last):
+    nrchain.errors.BackendError: PyStokes 9.9 is not known
+    """
 
 
 class PlatformError(NrchainError, ImportError):
@@ -99,7 +120,15 @@ class MissingLibraryError(NrchainError, ImportError):
 
 
 class TrajectoryError(NrchainError, OSError):
-    """A trajectory file that is missing, foreign or damaged, or would be overwritten."""
+    """A trajectory file that is missing, foreign or damaged, or would be overwritten.
+
+    >>> from nrchain import Trajectory
+    >>> try:
+    ...     Trajectory.open("nowhere")
+    ... except TrajectoryError as error:
+    ...     print(error)
+    nowhere: there is no such trajectory
+    """
 
 
 class _Shown:

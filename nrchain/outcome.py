@@ -12,7 +12,11 @@ from typing import Any
 
 
 class Cause(StrEnum):
-    """Why a run stopped before its end."""
+    """Why a run stopped before its end.
+
+    >>> Cause.BUDGET == "budget-reached"
+    True
+    """
 
     TOUCH = "spheres-touch"
     TURN = "link-turned"

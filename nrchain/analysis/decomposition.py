@@ -51,6 +51,13 @@ class Contributions(Mapping[str, Contribution]):
     """The contributions at one pose of a chain, by the name of the effect, and their ``total``.
 
     The total is computed as in a simulation; the contributions add up to it, up to rounding.
+
+    >>> import nrchain
+    >>> scene = nrchain.load_scene("passive", **{"chain.particles": 3, "run.end": 1.0})
+    >>> run = nrchain.simulate(scene)
+    >>> found = nrchain.contributions(scene, run.positions[-1], run.frames[-1])
+    >>> found["bend"].wrench.shape, found.total.twist.shape
+    ((3, 6), (3, 6))
     """
 
     effects: dict[str, Contribution]
@@ -145,6 +152,12 @@ def contributions(scene: Scene, positions: Any, frames: Any) -> Contributions:
 
     Raises :class:`~nrchain.errors.SceneError` for poses of the wrong shape or not valid, and for
     wrapped positions whose image is not clear.
+
+    >>> from nrchain import load_scene, simulate
+    >>> run = simulate(load_scene("buckling", **{"chain.particles": 4, "run.end": 1.0}))
+    >>> found = contributions(run.scene, run.positions[-1], run.frames[-1])
+    >>> found["slip 2s"].twist.shape
+    (4, 6)
     """
     count = require_scene(scene).chain.particles
     poses = finite_array("positions", positions, (count, 3)), rotations(frames, count)
@@ -155,5 +168,10 @@ def contribution_sizes(trajectory: Trajectory) -> dict[str, np.ndarray]:
     """√⟨|v|² + a²|ω|²⟩ (T,) of the twist of every effect at the snapshots of a trajectory.
 
     By the name of the effect; ``"total"`` is the motion itself.
+
+    >>> from nrchain import load_scene, simulate
+    >>> run = simulate(load_scene("buckling", **{"chain.particles": 4, "run.end": 1.0}))
+    >>> contribution_sizes(run)["slip 2s"].shape == run.time.shape
+    True
     """
     return Decomposition(trajectory.scene).sizes(trajectory)

@@ -52,6 +52,12 @@ class PhaseDiagram:
         What a reader should know, a sentence each.
     is_complete
         Whether all its runs are finished. A diagram that was interrupted is not.
+
+    >>> from nrchain import load_scene, phases
+    >>> scene = load_scene("buckling", **{"chain.particles": 5})
+    >>> x, y = ("slip.2s", -10.0, 10.0, 2), ("slip.3t", 0.0, 10.0, 2)
+    >>> len(phases(scene, x, y, "random", levels=0).points)
+    4
     """
 
     scene: Scene

@@ -77,6 +77,10 @@ class Effect:
         None if only :meth:`add_product` does.
     whole_term
         Whether :meth:`term` gives the derivative beyond those neighbours, too.
+
+    >>> from nrchain.effects.registry import effects
+    >>> all(issubclass(effect, Effect) for effect in effects())
+    True
     """
 
     name: ClassVar[str]
@@ -219,7 +223,12 @@ class Effect:
 
 
 class OneBodyEffect(Effect):
-    """An effect that depends on the own pose of a sphere alone: :meth:`derivative` is enough."""
+    """An effect that depends on the own pose of a sphere alone: :meth:`derivative` is enough.
+
+    >>> from nrchain.effects.field import Field
+    >>> issubclass(Field, OneBodyEffect)
+    True
+    """
 
     places = 0
 

@@ -71,6 +71,10 @@ def unregister_effect(effect: type[Effect] | str) -> None:
     """Remove a registered effect, given as its class or its name.
 
     Scenes that name it are refused.
+
+    >>> unregister_effect("field")
+    Traceback (most recent call last):
+    nrchain.errors.SceneError: effect = 'field': is part of nrchain and cannot be removed
     """
     name = effect if isinstance(effect, str) else effect.name
     known = _EFFECTS.get(name)

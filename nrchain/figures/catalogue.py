@@ -70,7 +70,7 @@ def save_figure(
 
     >>> import nrchain
     >>> sheet = nrchain.save_figure(3, "figure-3.pdf", width="one")
-    >>> sheet.figure.get_figwidth()
+    >>> float(sheet.figure.get_figwidth())
     3.375
     """
     path = check_picture(path)

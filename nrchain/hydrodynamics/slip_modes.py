@@ -23,6 +23,11 @@ def register(mode: SlipMode) -> SlipMode:
     A trajectory file stores the labels of its modes, not their tables: register a mode again before
     you open or resume a run that uses it. Raises :class:`~nrchain.errors.SceneError` if another
     mode has the label.
+
+    >>> flow = {("n", 4): ("-1/2", 0, "5/2"), ("e", 4): (0, -1)}
+    >>> register(SlipMode("5t", "potential quadrupole", 4, False, False, flow)).label
+    '5t'
+    >>> unregister("5t")
     """
     if not isinstance(mode, SlipMode):
         raise SceneError("slip mode", mode, "must be a SlipMode")

@@ -231,6 +231,13 @@ def elastic_wrenches(
     SceneError
         For input of the wrong shape, numbers that are not finite or out of bounds, wrapped
         positions with an ambiguous image, and results beyond the range of floats.
+
+    >>> import numpy as np
+    >>> r, e = np.outer(np.arange(3.0), [11.0, 0.0, 0.0]), np.tile(np.eye(3), (3, 1, 1))
+    >>> moduli = {"stretch": 20.0, "shear": 20.0, "twist": 100.0, "bend": 100.0}
+    >>> forces, torques = elastic_wrenches(r, e, spacing=10.0, **moduli)
+    >>> bool(forces[0, 0] > 0.0 > forces[2, 0])  # a stretched chain contracts
+    True
     """
     r, e, elasticity = _read_chain(
         positions, frames, spacing, stretch, shear, twist, bend, ends, measure
@@ -257,6 +264,12 @@ def elastic_energy(
     """V = Σ_links (stretch + shear + twist + bend) of the elastic chain (paper, Appendix B).
 
     Arguments and errors as for :func:`elastic_wrenches`.
+
+    >>> import numpy as np
+    >>> r, e = np.outer(np.arange(3.0), [10.0, 0.0, 0.0]), np.tile(np.eye(3), (3, 1, 1))
+    >>> moduli = {"stretch": 20.0, "shear": 20.0, "twist": 100.0, "bend": 100.0}
+    >>> float(elastic_energy(r, e, spacing=10.0, **moduli))
+    0.0
     """
     r, e, elasticity = _read_chain(
         positions, frames, spacing, stretch, shear, twist, bend, ends, measure

@@ -52,7 +52,12 @@ class Description:
 
 
 def describe(scene: Scene) -> Description:
-    """The effects that a scene simulates, those it leaves out, and warnings about its run."""
+    """The effects that a scene simulates, those it leaves out, and warnings about its run.
+
+    >>> from nrchain import load_scene
+    >>> describe(load_scene("buckling", **{"chain.particles": 8})).warnings
+    []
+    """
     simulated, left_out = effect_rows(scene)
     return Description(simulated, left_out, warnings(scene), without_effect(scene))
 

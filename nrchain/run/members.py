@@ -39,6 +39,12 @@ class Member:
         The trajectory, also of a run that stopped early; None if the run failed.
     error
         What :func:`nrchain.simulate` raised; None if it raised nothing.
+
+    >>> from nrchain import simulate_many
+    >>> scenes = [{"chain": {"particles": 2}, "run": {"end": 1.0}}]
+    >>> for member in simulate_many(scenes):
+    ...     print(member.index, member.trajectory.status)
+    0 completed
     """
 
     index: int

@@ -96,6 +96,10 @@ def simulate(
         that is cut short during the run is lost.
     KeyboardInterrupt
         On Ctrl-C and SIGTERM, once the step under way is done and the file is closed in order.
+
+    >>> run = simulate(load_scene("buckling", **{"chain.particles": 4, "run.end": 1.0}))
+    >>> run.status, run.positions.shape
+    ('completed', (101, 4, 3))
     """
     # a path that is taken is refused before any time is spent
     place = None if output is None else output_file(output, overwrite)
@@ -185,6 +189,14 @@ def resume(
     Raises :class:`~nrchain.errors.TrajectoryError` for a file that cannot be continued, and for a
     run that stopped because of what was left out, without ``unwatched``, and
     :class:`~nrchain.errors.SceneError` for an end that is not later.
+
+    >>> import tempfile
+    >>> from nrchain import load_scene
+    >>> short = load_scene("buckling", **{"run.max_steps": 5, "run.end": 5.0})
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     first, second = simulate(short, output=folder), resume(folder)
+    >>> bool(second.time[-1] > first.time[-1])
+    True
     """
     done = Trajectory.open(path)
     if done.status == "completed" and until is None:

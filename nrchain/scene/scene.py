@@ -48,6 +48,9 @@ class Scene(Section):
     sphere within ``tolerance`` radii, and radians, of the full model: see :mod:`nrchain.auto`.
 
     Raises :class:`~nrchain.errors.SceneError` with the key, the value and what is allowed.
+
+    >>> Scene.from_mapping({"chain": {"particles": 5}, "run": {"end": 1.0}}).length
+    40.0
     """
 
     chain: Annotated[ChainSpec, section(ChainSpec)]

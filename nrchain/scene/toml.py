@@ -27,7 +27,11 @@ _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def scene_names() -> tuple[str, ...]:
-    """The names of the shipped scenes, sorted."""
+    """The names of the shipped scenes, sorted.
+
+    >>> "buckling" in scene_names()
+    True
+    """
     return tuple(sorted(path.stem for path in _shipped().glob("*.toml")))
 
 

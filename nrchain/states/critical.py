@@ -50,6 +50,11 @@ class CriticalStrength:
         The spectrum there.
     evaluations
         Number of spectra that were computed.
+
+    >>> from nrchain import critical_strength, load_scene
+    >>> scene = load_scene("buckling", **{"chain.particles": 8})
+    >>> bool(critical_strength(scene, "slip.2s", (0.0, 2000.0)).value > 0.0)
+    True
     """
 
     key: str

@@ -59,6 +59,11 @@ class ModeWaves:
         (m,) the norm of the main wave over the sum of the norms of all waves of the mode.
     branches
         (m,) places in :class:`nrchain.lattice.Branch`.
+
+    >>> import nrchain
+    >>> modes = nrchain.mode_waves(nrchain.dispersion(nrchain.load_scene("buckling")))
+    >>> modes.rates.shape == modes.wavenumbers.shape
+    True
     """
 
     rates: NDArray[np.complex128]

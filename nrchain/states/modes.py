@@ -64,6 +64,11 @@ class Mode:
         ‖J x − Λ x‖.
     vectors
         x and ℓ (n, k) in the coordinates of :mod:`nrchain.comoving.relative`.
+
+    >>> from nrchain import load_scene, spectrum
+    >>> leading = spectrum(load_scene("buckling", **{"slip.2s": 40.0})).leading
+    >>> bool(leading.rate.real < 0.0), leading.right.shape
+    (True, (2, 20, 6))
     """
 
     rate: complex

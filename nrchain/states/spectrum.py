@@ -80,6 +80,11 @@ class Spectrum:
     abscissa
         ω(J), the largest growth rate of the norm of a small change. That of near neighbours alone
         for more than :data:`DENSE` spheres with interactions of all pairs.
+
+    >>> from nrchain import load_scene, spectrum
+    >>> found = spectrum(load_scene("buckling", **{"slip.2s": 100.0}))
+    >>> found.is_stable, bool(found.leading.growth > 0.0)
+    (False, True)
     """
 
     scene: Scene

@@ -40,6 +40,10 @@ class State:
     spectrum
         Rates and modes of small changes; ``spectrum.neutral`` counts the motions of the chain as a
         whole. It holds the scene, and the steady state with the steps that it took.
+
+    >>> from nrchain import find_state, load_scene
+    >>> find_state(load_scene("buckling", **{"slip.2s": 40.0})).is_stable
+    True
     """
 
     spectrum: Spectrum

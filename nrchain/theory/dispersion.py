@@ -46,6 +46,10 @@ class Dispersion:
         Waves of its rod and of the beam limit; None for a chain without moduli.
     why
         Why there is no rod; "" where there is one.
+
+    >>> from nrchain import dispersion, load_scene
+    >>> dispersion(load_scene("buckling"), [0.01, 0.02]).lattice.shape
+    (2, 6)
     """
 
     scene: Scene

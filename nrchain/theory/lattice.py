@@ -62,6 +62,11 @@ class Branch(IntEnum):
     Within a hand, BEND is the branch that becomes the unsheared wave, in which the tangent follows
     e_1, as its coupling to shear vanishes; SHEAR is the other branch. For q → 0 the BEND
     rate vanishes and the SHEAR rate is the gap. STRETCH is the wave of u_x; TWIST that of φ_x.
+
+    >>> from nrchain import lattice_rates, load_scene
+    >>> rates = lattice_rates(load_scene("buckling"), [0.01])
+    >>> bool(rates[0, Branch.BEND_PLUS].real > 0.0)
+    True
     """
 
     BEND_PLUS = 0
@@ -106,6 +111,9 @@ def lattice_rates(scene: Scene, wavenumbers: ArrayLike, *, frame: Frame = "lab")
     Raises :class:`~nrchain.errors.SceneError` for strengths that differ between spheres, a straight
     chain that is not a steady state, a sum that diverges, and a cut mobility that is not positive
     definite, which may happen if spheres nearly touch.
+
+    >>> lattice_rates(load_scene("buckling"), [0.01, 0.02]).shape
+    (2, 6)
     """
     chain, phases = _read(scene, wavenumbers)
     soft = chain.soft_operator(phases)
@@ -131,6 +139,9 @@ def lattice_operator(scene: Scene, wavenumbers: ArrayLike, *, frame: Frame = "la
     """M(q) (..., 6, 6) with d/dt (u, φ) = M (u, φ), in cartesian components.
 
     Arguments and errors as for :func:`lattice_rates`.
+
+    >>> lattice_operator(load_scene("buckling"), 0.01).shape
+    (6, 6)
     """
     chain, phases = _read(scene, wavenumbers)
     operator = chain.soft_operator(phases)
@@ -144,6 +155,9 @@ def steady_velocity(scene: Scene) -> NDArray[np.float64]:
 
     All pairs give ζ(3) = 1.202 times the nearest-neighbour value for 3t (paper, Eq. 3t_vel).
     Errors as for :func:`lattice_rates`.
+
+    >>> round(float(steady_velocity(load_scene("wave"))[0]), 3)
+    0.8
     """
     return StraightChain(scene).twist[:3]
 
@@ -153,6 +167,9 @@ def steady_rotation(scene: Scene) -> NDArray[np.float64]:
 
     All pairs give ζ(5) = 1.037 times the nearest-neighbour value for 4a (paper, Eq. 4a_ang_vel).
     Errors as for :func:`lattice_rates`.
+
+    >>> round(float(steady_rotation(load_scene("spiral-left"))[0]), 2)
+    -7.26
     """
     return StraightChain(scene).twist[3:]
 
@@ -168,6 +185,9 @@ def steady_stress(scene: Scene, spheres: int | None = None) -> NDArray[np.float6
     ``spheres`` is the number on either side, infinite if None. A pair at distance m crosses m cuts:
     all pairs of an infinite 2s chain give an infinite force. Friction between spheres, fields and
     flows are not included. Errors as for :func:`lattice_rates`.
+
+    >>> steady_stress(load_scene("buckling")).shape
+    (6,)
     """
     alone = {name: None for name in require_scene(scene).further}
     chain = StraightChain(load_scene(scene, friction="one-body", **alone))

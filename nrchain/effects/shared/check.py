@@ -65,6 +65,12 @@ def check_effect(
         For the first check that fails, with the sphere and the component; for a method that raises
         or changes the given poses, with its name; for an effect that is not registered, does not
         act in the scene, or exerts nothing at the poses.
+
+    >>> from nrchain import load_scene
+    >>> from nrchain.effects.field import Field
+    >>> scene = load_scene("passive", **{"chain.particles": 4, "field.force": [0.0, 0.0, 1.0]})
+    >>> all(error < 1e-6 for error in check_effect(Field, scene).values())
+    True
     """
     if effect not in effects():
         raise SceneError("effect", effect, "must be registered first, with register_effect")

@@ -58,6 +58,12 @@ class SpecialPoint:
         It lies between the states ``index`` and ``index + 1`` of its branch.
     positions, frames
         (N, 3) and (N, 3, 3): the state next to it.
+
+    >>> from nrchain import continue_state, load_scene
+    >>> scene = load_scene("buckling", **{"chain.particles": 8, "elasticity.ratio": 1e8})
+    >>> point = continue_state(scene, {"slip.2s": (0.0, 500.0)}, branches=1).special[0]
+    >>> point.kind, point.multiplicity
+    ('pitchfork', 2)
     """
 
     kind: str
@@ -108,6 +114,12 @@ class StateBranch:
         The branch and the special point of it from which this one leaves; None for the first.
     leaves
         The direction in which it goes on from its last state.
+
+    >>> from nrchain import continue_state, load_scene
+    >>> scene = load_scene("buckling", **{"chain.particles": 8, "elasticity.ratio": 1e8})
+    >>> (straight,) = continue_state(scene, {"slip.2s": (0.0, 500.0)}, branches=1).branches
+    >>> len(straight.values) == len(straight.unstable)
+    True
     """
 
     line: Line

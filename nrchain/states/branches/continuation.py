@@ -57,6 +57,11 @@ class BranchDiagram:
         The scene and the ranges of its keys.
     branches
         The first one begins at the state of the guess; each of the others leaves one before it.
+
+    >>> from nrchain import continue_state, load_scene
+    >>> scene = load_scene("buckling", **{"chain.particles": 8, "elasticity.ratio": 1e8})
+    >>> len(continue_state(scene, {"slip.2s": (0.0, 500.0)}, branches=1).branches)
+    1
     """
 
     line: Line

@@ -52,6 +52,10 @@ class Material:
         Γ (6, 6), per length.
     error
         Bounds of the absolute errors of the constants.
+
+    >>> from nrchain import load_scene
+    >>> Material.of(load_scene("buckling")).drag.shape
+    (6, 6)
     """
 
     constants: Constants

@@ -33,6 +33,10 @@ class Rod:
         λ∥, λ⊥, μ∥ and μ⊥; the paper has λ∥ = λ⊥ = λ and μ∥ = μ⊥ = μ.
     strengths
         V of each mode, about e_1; 0 for modes that are not listed.
+
+    >>> from nrchain import load_scene
+    >>> Rod.of(load_scene("buckling")).spacing
+    10.0
     """
 
     radius: float = 1.0
