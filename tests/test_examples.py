@@ -12,7 +12,7 @@ NAMES = [name for name in nrchain.__all__ if not isinstance(getattr(nrchain, nam
 """Public functions and classes."""
 
 ELSEWHERE = {"Cycle", "CycleBranch", "CycleDiagram", "SpecialCycle", "Flow", "register_effect"}
-"""Shown by the examples of ``find_cycle``, ``continue_cycle`` and ``flow``, and by docs/effects.md."""
+"""Shown by the examples of ``find_cycle``, ``continue_cycle``, ``flow``, and by docs/effects.md."""
 
 LONG = {
     "continue_cycle",

@@ -97,6 +97,7 @@ def simulate(
     KeyboardInterrupt
         On Ctrl-C and SIGTERM, once the step under way is done and the file is closed in order.
 
+    >>> from nrchain import load_scene
     >>> run = simulate(load_scene("buckling", **{"chain.particles": 4, "run.end": 1.0}))
     >>> run.status, run.positions.shape
     ('completed', (101, 4, 3))
