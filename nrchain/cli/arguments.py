@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from nrchain.cli.completion import complete_key, complete_scene
-from nrchain.cli.exits import show_if_possible
+from nrchain.cli.exits import show, show_if_possible
+from nrchain.cli.records import show_json
 from nrchain.cli.terminal import note, paragraph, warn
 from nrchain.errors import NrchainError, TrajectoryError
 
@@ -83,6 +84,14 @@ def picture_option(default: str) -> Any:
     """The option ``-o`` for a picture; ``default`` says where it goes without."""
     help_text = "File to write: PNG, PDF or SVG."
     return typer.Option("-o", "--output", help=help_text, show_default=default)
+
+
+def show_picture(path: Path | None, style: Style) -> None:
+    """Print the path of a picture that is written; None for a window, which has none."""
+    if style is Style.JSON:
+        show_json({"picture": path})
+    elif style.is_text and path is not None:
+        show(str(path), soft_wrap=True)
 
 
 def load(

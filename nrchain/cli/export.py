@@ -7,9 +7,10 @@ from typing import Annotated
 
 import typer
 
-from nrchain.cli.arguments import OverwritePicture, Run, find_run
+from nrchain.cli.arguments import Json, OverwritePicture, Quiet, Run, Style, find_run
 from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
+from nrchain.cli.records import show_json
 
 
 @examples(
@@ -33,6 +34,8 @@ def export(
         int, typer.Option(min=1, help="Write every snapshot, or the first of so many.")
     ] = 1,
     overwrite: OverwritePicture = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Write the snapshots of a run for other programs. The run may still go on."""
     from nrchain.exchange.export import export as write
@@ -40,8 +43,13 @@ def export(
     from nrchain.exchange.formats import writer_of
     from nrchain.trajectory.trajectory import Trajectory
 
+    style = Style.of(as_json=as_json, quiet=quiet)
     writer_of(output)
     refuse_taken(output, overwrite)
     trajectory = Trajectory.open(find_run(directory))
-    path = write(trajectory[::every], output, overwrite=overwrite)
-    show(str(path), soft_wrap=True)
+    written = trajectory[::every]
+    path = write(written, output, overwrite=overwrite)
+    if style is Style.JSON:
+        show_json({"file": path, "snapshots": len(written)})
+    elif style.is_text:
+        show(str(path), soft_wrap=True)

@@ -8,8 +8,10 @@ from typing import Annotated
 
 import typer
 
+from nrchain.cli.arguments import Json, Quiet, Style
 from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
+from nrchain.cli.records import show_json
 from nrchain.cli.summary import check_absent
 
 FOLDER = Path("figures")
@@ -60,12 +62,15 @@ def figure(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace files that exist.")
     ] = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Draw a figure of the paper from the package's own flows, moduli, waves and runs."""
     from nrchain.figures.catalogue import NUMBERS, file_name, save_figure
     from nrchain.trajectory.file import file_errors
     from nrchain.view.drawing import require_matplotlib
 
+    style = Style.of(as_json=as_json, quiet=quiet)
     require_matplotlib()
     numbers = NUMBERS if number is Figure.all else (number.value,)
     paths = [output / file_name(one, kind.value) for one in numbers]
@@ -74,8 +79,13 @@ def figure(
             check_absent(path)
     with file_errors(output, "cannot be drawn"):
         output.mkdir(parents=True, exist_ok=True)
+    records = []
     for one, path in zip(numbers, paths, strict=True):
         sheet = save_figure(one, path, width=width.value, title=title)
-        show(str(path), soft_wrap=True)
-        for remark in sheet.remarks:
-            show(f"  {remark}", soft_wrap=True)
+        records.append({"number": one, "picture": path, "remarks": sheet.remarks})
+        if style.is_text:
+            show(str(path), soft_wrap=True)
+            for remark in sheet.remarks:
+                show(f"  {remark}", soft_wrap=True)
+    if style is Style.JSON:
+        show_json({"figures": records})

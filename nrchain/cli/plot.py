@@ -9,9 +9,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from nrchain.cli.arguments import OverwritePicture, Run, find_run, picture_option
+from nrchain.cli.arguments import (
+    Json,
+    OverwritePicture,
+    Quiet,
+    Run,
+    Style,
+    find_run,
+    picture_option,
+    show_picture,
+)
 from nrchain.cli.examples import examples
-from nrchain.cli.exits import one_line_errors, show
+from nrchain.cli.exits import one_line_errors
 from nrchain.cli.film_options import FPS, FramesPerSecond, Spacing, frames_bar, refuse_options
 from nrchain.cli.summary import (
     EFFECTS_PICTURE,
@@ -131,6 +140,8 @@ def plot(
         int | None, typer.Option(help="Width of a film, in pixels.", show_default="1000")
     ] = None,
     overwrite: OverwritePicture = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Draw the chain of a run at several times, its effects, the flow of the fluid, or a film.
 
@@ -140,6 +151,7 @@ def plot(
     from nrchain.view.film_files import is_film
     from nrchain.view.plots import save_chain
 
+    style = Style.of(as_json=as_json, quiet=quiet)
     asked: dict[str, Any] = {
         "view": view and view.value,
         "times": times,
@@ -196,7 +208,7 @@ def plot(
         name = PICTURE_IN_SPACE if view is View.space else PICTURE
         path = output or picture_beside(trajectory, name)
         save_chain(trajectory, path, title=title, **asked)
-    show(str(path), soft_wrap=True)
+    show_picture(path, style)
 
 
 def _save_flow(

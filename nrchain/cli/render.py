@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from nrchain.cli.arguments import OverwritePicture, Run, find_run
+from nrchain.cli.arguments import Json, OverwritePicture, Quiet, Run, Style, find_run, show_picture
 from nrchain.cli.examples import examples
-from nrchain.cli.exits import one_line_errors, show
+from nrchain.cli.exits import one_line_errors
 from nrchain.cli.film_options import FPS, FramesPerSecond, Spacing, frames_bar, refuse_options
 from nrchain.cli.summary import check_absent, picture_beside
 from nrchain.errors import SceneError
@@ -82,12 +82,15 @@ def render(
     ] = None,
     fps: FramesPerSecond = None,
     overwrite: OverwritePicture = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Draw a run in three dimensions, spheres to scale. Needs the extra view; see docs/films.md."""
     from nrchain.trajectory.trajectory import Trajectory
     from nrchain.view.film_files import is_film
     from nrchain.view.space.render import render as draw
 
+    style = Style.of(as_json=as_json, quiet=quiet)
     if window and output is not None:
         raise SceneError("--show", "and -o", "a window and a file are two commands; remove one")
     film = window or (output is not None and is_film(output))
@@ -119,8 +122,7 @@ def render(
             overwrite=overwrite or output is None,
             progress=update,
         )
-    if path is not None:
-        show(str(path), soft_wrap=True)
+    show_picture(path, style)
 
 
 def _size(text: str | None) -> tuple[int, int] | None:

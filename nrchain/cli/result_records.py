@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from nrchain.states.modes import Mode
     from nrchain.states.spectrum import Spectrum
     from nrchain.sweeps.result import Sweep
+    from nrchain.sweeps.without_value import WithoutValue
     from nrchain.theory.dispersion import Dispersion
     from nrchain.theory.rod.coarse_graining import Moduli
     from nrchain.trajectory.trajectory import Trajectory
@@ -281,8 +283,14 @@ def sweep_record(found: Sweep, tables: list[Path]) -> Record:
             for one in found.points
         ],
         "failed": len(found.failed),
+        "without_value": without_value_record(found.without_value),
         "tables": tables,
     }
+
+
+def without_value_record(found: Iterable[WithoutValue]) -> list[Record]:
+    """The observables that have no value at some points, and the most frequent cause."""
+    return [{"name": one.name, "points": one.points, "cause": one.cause} for one in found]
 
 
 def _special(one: SpecialPoint | SpecialCycle, measure: str) -> Record:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,14 +15,15 @@ from nrchain.cli.completion import complete_key, complete_number, complete_scene
 from nrchain.cli.examples import examples
 from nrchain.cli.exits import one_line_errors, show
 from nrchain.cli.records import show_json
-from nrchain.cli.result_records import sweep_record
-from nrchain.cli.terminal import console, note, paragraph, report
+from nrchain.cli.result_records import sweep_record, without_value_record
+from nrchain.cli.terminal import console, labelled, note, paragraph, report
 from nrchain.progress import terminal_bar
 from nrchain.run.interruption import INTERRUPTED
 
 if TYPE_CHECKING:
     from nrchain.sweeps.progress import Report
     from nrchain.sweeps.result import Sweep
+    from nrchain.sweeps.without_value import WithoutValue
 
 SHOW = "show"
 """In place of a scene: draw what a folder holds."""
@@ -32,12 +33,32 @@ PICTURE = "sweep.png"
 SHOWN = 5
 """Failures that are listed."""
 
+OPTIONS = (
+    *("grid", "points", "random", "adaptive", "samples", "seed", "target", "observe", "keep"),
+    *("shard", "workers", "processes", "retry", "overwrite", "x", "y", "at"),
+)
+"""Options that Python names as arguments, without the dashes."""
+
+
+@contextmanager
+def _options_with_dashes() -> Iterator[None]:
+    """Name an option in an error as the terminal spells it."""
+    from nrchain.errors import SceneError
+
+    try:
+        yield
+    except SceneError as error:
+        if error.key.partition(" ")[0] not in OPTIONS:
+            raise
+        raise SceneError(f"--{error.key}", error.value, error.allowed) from error
+
 
 @examples(
     "nrchain sweep wave --grid slip.3t=0:1000:9 --observe end.size -o runs/a",
     "nrchain sweep show runs/a",
 )
 @one_line_errors()
+@_options_with_dashes()
 def sweep(
     scene: Annotated[
         str,
@@ -145,14 +166,17 @@ def sweep(
 ) -> None:
     """Run a scene at many points, keep what is observed, and draw it.
 
-    A sweep that was interrupted goes on with the same command. More values or observables are
-    added in the same way. Then nrchain sweep show FOLDER draws maps and lines.
+    A sweep that was interrupted goes on with the same command.
+
+    More values or observables are added in the same way.
+
+    nrchain sweep show FOLDER draws maps and lines.
     """
     style = Style.of(as_json=as_json, quiet=quiet)
     if scene == SHOW:
         draw(folder, _split(observe), output, x, y, at, overwrite, style)
         return
-    from nrchain.errors import SceneError
+    from nrchain.errors import NOT_GIVEN, SceneError
     from nrchain.scene.loading import load_scene
     from nrchain.scene.toml import parse_assignment
     from nrchain.sweeps.compute import sweep as compute
@@ -160,6 +184,15 @@ def sweep(
 
     if folder is not None:
         raise SceneError("folder", str(folder), "follows only the word show; use -o for results")
+    if samples is None and (random or adaptive):
+        name = "--random" if random else "--adaptive"
+        raise SceneError("samples", NOT_GIVEN, f"{name} needs the number of points")
+    if not (grid or points or random or adaptive):
+        allowed = (
+            "must name a key and its values, such as --grid slip.2s=0:100:3; or give --points,"
+            " --random or --adaptive"
+        )
+        raise SceneError("grid", NOT_GIVEN, allowed)
     loaded = load_scene(scene, **dict(map(parse_assignment, changes or ())))
     place = output or RUNS / f"{Path(scene).stem}-sweep"
     options: dict[str, Any] = {
@@ -207,6 +240,7 @@ def draw(
     from nrchain.errors import SceneError
     from nrchain.scene.toml import parse_assignment
     from nrchain.sweeps.result import Sweep
+    from nrchain.sweeps.without_value import without_value
     from nrchain.view.sweep_plots import save_sweep
 
     if folder is None:
@@ -221,10 +255,13 @@ def draw(
     if others:
         words = ", ".join(f"{key} = {value}" for key, value in others.items())
         note(f"drawn at {words}; --at chooses other values")
+    empty = without_value(found.points, names or found.observables[:1])
     if style is Style.JSON:
-        show_json({"picture": picture, "at": others | fixed})
+        record = without_value_record(empty)
+        show_json({"picture": picture, "at": others | fixed, "without_value": record})
     elif style.is_text:
         show(f"picture     {picture}", soft_wrap=True)
+        _tell_empty(empty)
 
 
 def _tell(found: Sweep, place: Path, shard: str | None) -> None:
@@ -242,11 +279,18 @@ def _tell(found: Sweep, place: Path, shard: str | None) -> None:
         show(paragraph(f"{values}: {point.reason}", "failed      ", 12 * " "), soft_wrap=True)
     if len(failed) > SHOWN:
         show(f"            and {len(failed) - SHOWN} more: see {CSV}")
+    _tell_empty(found.without_value)
     if shard is not None:
         show("merge       when all shards are done: the same command without --shard")
         return
     for table in _tables(place):
         show(f"table       {table}", soft_wrap=True)
+
+
+def _tell_empty(found: Iterable[WithoutValue]) -> None:
+    """Print a line for each observable that has no value at some points."""
+    for one in found:
+        show(labelled("no value", str(one)), soft_wrap=True)
 
 
 def _tables(place: Path) -> list[Path]:
@@ -271,7 +315,8 @@ def _pairs(name: str, given: Sequence[str] | None) -> dict[str, str] | None:
     for text in given:
         key, sign, values = (part.strip() for part in text.partition("="))
         if not sign or not key:
-            raise SceneError(name, text, "must be key=values, such as slip.2s=-100:100:21")
+            form = "-100:100:21" if name == "grid" else "-100:100"
+            raise SceneError(name, text, f"must be key=values, such as slip.2s={form}")
         if key in pairs:
             raise SceneError(name, text, f"names {key} a second time; give all values at once")
         pairs[key] = values

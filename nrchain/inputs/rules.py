@@ -65,11 +65,20 @@ def number(
 
 def whole(*, least: int) -> Rule:
     """A whole number n with least ≤ n < 2⁶³; neither 2.0 nor True is one."""
-    return rule(
-        f"a whole number of at least {least} and below 2^63",
-        lambda v: is_whole(v) and least <= v < 2**63,
+    words = f"a whole number of at least {least}"
+    read_whole = rule(
+        words,
+        lambda v: is_whole(v) and least <= v,
         near=lambda v: int(v) if isinstance(v, float) and v.is_integer() else v,
     )
+
+    def read(key: str, value: Any) -> Any:
+        plain = read_whole(key, value)
+        if plain >= 2**63:
+            raise SceneError(key, value, f"must be {words} and below 2^63")
+        return plain
+
+    return read
 
 
 def choice(literal: Any) -> Rule:

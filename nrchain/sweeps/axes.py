@@ -68,10 +68,11 @@ def read_ends(name: str, key: str, given: Any) -> Ends:
         ends = Ends(float(low), float(high), further == [LOG])
     except (TypeError, ValueError):
         raise SceneError(f"{name} {key}", given, ENDS) from None
-    is_log = ends.is_log
     good = is_number(ends.low) and is_number(ends.high) and ends.low != ends.high
-    if not good or further not in ([], [LOG]) or (is_log and min(ends.low, ends.high) <= 0.0):
+    if not good or further not in ([], [LOG]):
         raise SceneError(f"{name} {key}", given, ENDS)
+    if ends.is_log and min(ends.low, ends.high) <= 0.0:
+        raise SceneError(f"{name} {key}", given, "both ends of low:high:log must be above 0")
     return ends
 
 
@@ -93,16 +94,26 @@ def _read_text(key: str, text: str) -> list[Any]:
         if not items:
             raise SceneError(f"grid {key}", text, VALUES)
         return [parse_assignment(f"{key}={item}")[1] for item in items]
+    is_log = parts[3:] == [LOG]
     try:
         low, high, count = float(parts[0]), float(parts[1]), int(parts[2])
     except (ValueError, IndexError):
         raise SceneError(f"grid {key}", text, VALUES) from None
-    is_log = parts[3:] == [LOG]
-    good = math.isfinite(low) and math.isfinite(high) and count >= 1
-    if not good or not (is_log or not parts[3:]) or (is_log and min(low, high) <= 0.0):
-        raise SceneError(f"grid {key}", text, VALUES)
+    if wrong := VALUES if parts[3:] and not is_log else _wrong_range(low, high, count, is_log):
+        raise SceneError(f"grid {key}", text, wrong)
     space = np.geomspace if is_log else np.linspace
     return [float(value) for value in space(low, high, count)]
+
+
+def _wrong_range(low: float, high: float, count: int, is_log: bool) -> str:
+    """What a range must be, if it is not; else empty."""
+    if not (math.isfinite(low) and math.isfinite(high)):
+        return "both ends must be finite"
+    if count < 1:
+        return "the count, which is the third number, must be at least 1"
+    if is_log and min(low, high) <= 0.0:
+        return "both ends of low:high:count:log must be above 0"
+    return ""
 
 
 def _split(text: str) -> list[str]:

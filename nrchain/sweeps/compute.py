@@ -25,6 +25,7 @@ from nrchain.sweeps.progress import Counter, Report, SweepProgress
 from nrchain.sweeps.result import WHAT, Sweep
 from nrchain.sweeps.tables import write_tables
 from nrchain.sweeps.task import Shard, Task
+from nrchain.sweeps.without_value import without_value
 
 
 def sweep(
@@ -104,7 +105,8 @@ def sweep(
     -------
     Sweep
         With an ``output``, all points of the folder. A run that fails is a point with the outcome
-        ``"failed"`` and its reason, and the others go on.
+        ``"failed"`` and its reason, and the others go on. ``Sweep.without_value`` says which
+        observables have no value at some points; a warning does so for own functions that raise.
 
     Raises
     ------
@@ -150,6 +152,10 @@ def sweep(
     if folder is not None and part is None:
         for text in write_tables(result, folder)[1]:
             warn(text)
+    own = [name for name, function in observables.items() if function is not None]
+    for one in without_value(result.points, own):
+        if one.cause:
+            warn(f"no value of {one}")
     return result
 
 

@@ -182,6 +182,9 @@ def read_observables(
         else:
             hint = did_you_mean(name, NAMED)
             raise SceneError("observe", name, f"must be one of {', '.join(NAMED)}{hint}")
+    if not found:
+        allowed = f"must have at least one name, of {', '.join(NAMED)}, or an own function"
+        raise SceneError("observe", given, allowed)
     return found
 
 

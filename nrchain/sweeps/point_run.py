@@ -13,7 +13,7 @@ from nrchain.run.interruption import Interruption
 from nrchain.run.preparation import check_start
 from nrchain.run.simulation import simulate_in_memory, simulate_to_file
 from nrchain.scene.scene import Scene
-from nrchain.sweeps.observables import Observable, Value, observe
+from nrchain.sweeps.observables import Observable, observe
 from nrchain.trajectory.trajectory import Trajectory
 from nrchain.version import versions
 
@@ -27,13 +27,13 @@ UNFINISHED = (Cause.INTERRUPTED, Cause.ERROR)
 def run_point(
     scene: Scene,
     observables: Mapping[str, Observable | None],
-    earlier: Mapping[str, Value],
+    earlier: Result,
     folder: Path | None,
     name: str,
     *,
     interruption: Interruption | None,
 ) -> Result:
-    """The result of a point, with the values that were observed ``earlier``.
+    """The result of a point, with what its ``earlier`` result observed.
 
     With a ``folder``, the trajectory is kept there, and one that is there already is not run again.
     """
@@ -47,8 +47,8 @@ def run_point(
         "outcome": trajectory.status,
         "cause": trajectory.cause and str(trajectory.cause),
         "reason": trajectory.reason,
-        "observables": {**earlier, **values},
-        "unmeasured": reasons,
+        "observables": {**earlier.get("observables", {}), **values},
+        "unmeasured": {**earlier.get("unmeasured", {}), **reasons},
         "counters": dict(trajectory.counters),
         "warnings": warnings,
         "versions": _versions(),

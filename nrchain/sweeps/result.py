@@ -19,6 +19,7 @@ from nrchain.scene.toml import flat_keys
 from nrchain.sweeps.observables import Value
 from nrchain.sweeps.points import portable
 from nrchain.sweeps.tables import columns, to_dataset
+from nrchain.sweeps.without_value import WithoutValue, without_value
 
 WHAT = "sweep"
 """What the folder of a sweep holds, in messages."""
@@ -171,6 +172,18 @@ class Sweep:
         """The points whose runs failed."""
         return tuple(point for point in self.points if point.outcome == FAILED)
 
+    @property
+    def without_value(self) -> tuple[WithoutValue, ...]:
+        """The observables that have no value at some points, with the most frequent cause.
+
+        >>> scene = {"chain": {"particles": 2}, "run": {"end": 1.0}}
+        >>> found = nrchain.sweep(scene, {"run.end": [0.5]}, observe="end.error")
+        >>> print(*found.without_value)
+        end.error at 1 of 1 points; most often: the run has no estimate of its error; set \
+run.verify = true
+        """
+        return tuple(without_value(self.points, self.observables))
+
     def column(self, name: str) -> list[Any]:
         """The values of a key or of an observable, point by point; None where there are none.
 
@@ -216,7 +229,8 @@ class Sweep:
     def __repr__(self) -> str:
         over, place = ", ".join(self.keys), f", {str(self.folder)!r}" if self.folder else ""
         failed = f", {len(self.failed)} failed" if self.failed else ""
-        return f"<Sweep over {over}: {len(self)} points{failed}{place}>"[:300]
+        empty = "".join(f", no {one.name} at {one.points}" for one in self.without_value)
+        return f"<Sweep over {over}: {len(self)} points{failed}{place}{empty}>"[:300]
 
 
 def _rank(value: Any) -> tuple[int, float, str]:

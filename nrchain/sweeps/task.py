@@ -88,8 +88,9 @@ class Task:
     def _job(self, site: Site, retry: bool) -> Job | None:
         """The job of a point; None where its result has all that is asked for."""
         held: Result | None = self._ledger.results.get(site.name)
-        earlier = {} if held is None else held.get("observables", {})
-        missing = {k: what for k, what in self._observables.items() if k not in earlier}
+        earlier = held or {}
+        known = earlier.get("observables", {})
+        missing = {k: what for k, what in self._observables.items() if k not in known}
         if held is not None:
             if not retry if FAILED in held else not missing:
                 return None

@@ -1,5 +1,7 @@
 """``nrchain figure``: which files it writes, what it says, and what it refuses."""
 
+import json
+
 import pytest
 from support.command_line import assert_refused, call
 
@@ -26,7 +28,10 @@ def test_what_exists_is_replaced_only_on_request_and_before_time_is_spent(tmp_pa
     assert [path.name for path in tmp_path.iterdir()] == ["figure-7.pdf"]
     assert mine.read_bytes() == b"dear"
     (tmp_path / "figure-3.pdf").write_bytes(b"old")
-    assert call("figure", "3", "-o", tmp_path, "--overwrite").exit_code == 0
+    shown = call("figure", "3", "-o", tmp_path, "--overwrite", "--json")
+    (record,) = json.loads(shown.stdout)["figures"]
+    assert (record["number"], record["picture"]) == ("3", str(tmp_path / "figure-3.pdf"))
+    assert any(line.startswith("2s: entries") for line in record["remarks"])
     assert (tmp_path / "figure-3.pdf").read_bytes().startswith(b"%PDF")
 
 

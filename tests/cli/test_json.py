@@ -34,8 +34,18 @@ COMMANDS = {
         *("--levels", "0", "--start", "random", "-o", "phases"),
     ),
     "sweep": ("buckling", *FEW, "--grid", "slip.2s=0:10:2", "-o", "sweep"),
+    "plot": ("run",),
+    "export": ("run", "-o", "run.npz"),
     "branch": ("buckling", *FEW, "--along", "slip.2s=0:10", "--branches", "1", "-o", "branches"),
 }
+
+
+SLOW = {"render", "figure"}
+"""Commands whose own files test the option, beside the pictures that they draw there."""
+
+NEED_A_RUN = {"resume", "plot", "export"}
+REPLACING = {name: ["--overwrite"] for name in ("run", "dispersion", "export")}
+"""What a command that has run in the folder is called with again."""
 
 
 def documented():
@@ -55,7 +65,7 @@ def folder(tmp_path_factory):
 @pytest.mark.parametrize("name", COMMANDS)
 def test_the_keys_are_those_of_the_docs_and_nothing_else_is_printed(name, folder, monkeypatch):
     monkeypatch.chdir(folder)
-    if name == "resume" and not Path("run").exists():
+    if name in NEED_A_RUN and not Path("run").exists():
         call("run", *COMMANDS["run"])
     shown = call(name, *COMMANDS[name], "--json")
     assert shown.exit_code == 0, shown.stderr
@@ -65,8 +75,8 @@ def test_the_keys_are_those_of_the_docs_and_nothing_else_is_printed(name, folder
 
 
 def test_every_command_with_the_option_is_documented():
-    assert set(dict(documented())) == set(COMMANDS)
-    for name in COMMANDS:
+    assert set(dict(documented())) == set(COMMANDS) | SLOW
+    for name in {*COMMANDS, *SLOW}:
         assert "--json" in call(name, "--help").stdout
 
 
@@ -98,13 +108,14 @@ def test_a_refusal_prints_no_object(tmp_path):
     assert shown.stdout == ""
 
 
-@pytest.mark.parametrize("name", ["run", "resume", "dispersion", "phases", "branch", "sweep"])
+@pytest.mark.parametrize(
+    "name", ["run", "resume", "dispersion", "phases", "branch", "sweep", "plot", "export"]
+)
 def test_quiet_prints_nothing(name, folder, monkeypatch):
     monkeypatch.chdir(folder)
-    if name == "resume" and not Path("run").exists():
+    if name in NEED_A_RUN and not Path("run").exists():
         call("run", *COMMANDS["run"])
-    again = {"run": ["--overwrite"], "dispersion": ["--overwrite"]}.get(name, [])
-    shown = call(name, *COMMANDS[name], "-q", *again)
+    shown = call(name, *COMMANDS[name], "-q", *REPLACING.get(name, []))
     assert (shown.exit_code, shown.stdout) == (0, "")
 
 
@@ -136,10 +147,10 @@ def test_numbers_that_json_has_not_are_null_or_pairs():
 def test_text_is_no_wider_than_80_columns(name, folder, monkeypatch):
     """Except paths and commands to copy. Diagrams and branches of the folder are not run again."""
     monkeypatch.chdir(folder)
-    if name == "resume" and not Path("run").exists():
+    if name in NEED_A_RUN and not Path("run").exists():
         call("run", *COMMANDS["run"])
-    further = {"run": ["-v", "--overwrite"], "resume": ["-v"], "dispersion": ["--overwrite"]}
-    shown = call(name, *COMMANDS[name], *further.get(name, []))
+    further = ["-v"] if name in ("run", "resume") else []
+    shown = call(name, *COMMANDS[name], *further, *REPLACING.get(name, []))
     assert shown.exit_code == 0, shown.stderr
     lines = [line.rstrip() for line in shown.stdout.splitlines()]
     assert [line for line in lines if len(line) > 80 and "nrchain run" not in line] == []

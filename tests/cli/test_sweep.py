@@ -47,8 +47,21 @@ def test_a_grid_is_run_tabulated_and_drawn(tmp_path):
     assert picture.stat().st_size > 5_000
     assert_refused(call("sweep", "show", "d", "-o", picture), "exists")
     again = call("sweep", "show", "d", "--y", "chain.particles", "--json")
-    assert json.loads(again.stdout) == {"picture": "d/sweep.png", "at": {}}
+    assert json.loads(again.stdout) == {"picture": "d/sweep.png", "at": {}, "without_value": []}
     assert call("sweep", "show", "d", "-q").stdout == ""
+
+
+def test_an_observable_without_a_value_is_told_with_its_cause():
+    observed = ("--observe", "end.size,end.error", "-o", "d")
+    shown = call("sweep", *SCENE, *GRID, *observed)
+    lines = "no value    end.error at 6 of 6 points; most often: the run has no estimate of\n"
+    lines += "            its error; set run.verify = true\n"
+    assert lines in shown.stdout
+    assert "end.size at" not in shown.stdout
+    drawn = call("sweep", "show", "d", "--observe", "end.error")
+    assert drawn.stdout.endswith(lines)
+    record = json.loads(call("sweep", "show", "d", "--observe", "end.error", "--json").stdout)
+    assert [(one["name"], one["points"]) for one in record["without_value"]] == [("end.error", 6)]
 
 
 def test_shards_are_merged_by_the_same_command():
@@ -126,7 +139,11 @@ def test_failures_are_listed_with_their_cause(tmp_path):
         (("--grid", "slip.2s=1", "--cluster", "no.json"), "no.json"),
         (("--random", "slip.2s=0:1"), "samples"),
         (("--points", "none.csv"), "none.csv"),
-        ((), "grid"),
+        ((), "--grid is not given: must name a key and its values, such as --grid slip.2s="),
+        (("--adaptive", "slip.2s=0:1"), "--samples is not given"),
+        (("--grid", "slip.2s=-1:10:3:log"), "--grid slip.2s = '-1:10:3:log': both ends of"),
+        (("--grid", "slip.2s=0:1:0"), "the count, which is the third number, must be at least 1"),
+        (("--random", "slip.2s=0:1:log", "--samples", "3"), "must be above 0"),
     ],
 )
 def test_other_input_is_refused_in_one_line(words, said, tmp_path):

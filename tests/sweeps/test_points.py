@@ -36,9 +36,20 @@ def test_a_text_gives_values(text, values):
     assert found == pytest.approx(values) if isinstance(values[0], float) else found == values
 
 
-@pytest.mark.parametrize("text", ["", "1:2", "1:2:x", "0:10:3:log", "1:2:0", "1:2:3:lin", "a:b:2"])
-def test_other_texts_are_refused(text):
-    with pytest.raises(SceneError, match=r"low:high:count"):
+FORM = "must be low:high:count, low:high:count:log or values"
+
+
+@pytest.mark.parametrize(
+    ("text", "wrong"),
+    [
+        *((text, FORM) for text in ("", "1:2", "1:2:x", "1:2:3:lin", "a:b:2")),
+        ("0:10:3:log", "both ends of low:high:count:log must be above 0"),
+        ("1:2:0", "the count, which is the third number, must be at least 1"),
+        ("0:inf:3", "both ends must be finite"),
+    ],
+)
+def test_other_texts_are_refused(text, wrong):
+    with pytest.raises(SceneError, match=wrong):
         read_values("key", text)
 
 

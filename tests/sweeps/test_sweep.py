@@ -164,7 +164,13 @@ def test_own_observables_are_functions_of_the_trajectory():
         "broken": broken,
         "end.time": "end.time",
     }
-    (point,) = nrchain.sweep(scene(), {"slip.2s": [7.0]}, observe=observe).points
+    with pytest.warns(nrchain.SceneWarning) as warned:
+        found = nrchain.sweep(scene(), {"slip.2s": [7.0]}, observe=observe)
+    assert [str(one.message).partition(" at ")[0] for one in warned] == [
+        "no value of whole",
+        "no value of broken",
+    ]
+    (point,) = found.points
     run = nrchain.simulate(scene(**{"slip.2s": 7.0}))
     assert point.observables["tip"] == run.positions[-1, -1, 0]
     assert point.observables["broken"] is None
@@ -172,6 +178,31 @@ def test_own_observables_are_functions_of_the_trajectory():
         "whole": "gives ndarray, and must give one number or word",
         "broken": "ZeroDivisionError: nothing to divide",
     }
+
+
+def test_the_most_frequent_cause_is_told_for_each_observable():
+    def at_times(run):
+        if run.time[-1] < 0.5:
+            return None
+        raise ValueError(f"late, t = {run.time[-1]}" if run.time[-1] > 1.0 else "early")
+
+    grid = {"run.end": [0.25, 1.0, 1.5, 2.0]}
+    with pytest.warns(nrchain.SceneWarning, match="no value of mine"):
+        found = nrchain.sweep(scene(), grid, observe={"mine": at_times, "end.time": "end.time"})
+    (one,) = found.without_value
+    assert (one.name, one.points, one.total, one.cause) == (
+        "mine",
+        4,
+        4,
+        "ValueError: late, t = 1.5",
+    )
+    assert "no mine at 4" in repr(found)
+
+
+def test_reasons_stay_when_an_observable_is_added(tmp_path):
+    nrchain.sweep(scene(), {"slip.2s": [7.0]}, observe="end.error", output=tmp_path)
+    found = nrchain.sweep(scene(), {"slip.2s": [7.0]}, observe="end.size", output=tmp_path)
+    assert found.points[0].unmeasured.keys() == {"end.error"}
 
 
 def test_there_is_an_observable_for_each_measurement():
@@ -217,6 +248,7 @@ def test_another_scene_is_refused_with_what_differs(tmp_path):
         ({"grid": {"slip.2s": [1]}, "shard": "1/2"}, "needs a folder"),
         ({"grid": {"slip.2s": [1]}, "shard": "3/2"}, 'as "2/8"'),
         ({"grid": {"slip.2s": [1]}, "workers": 0}, "workers = 0"),
+        ({"grid": {"slip.2s": [1]}, "observe": []}, "must have at least one name"),
         ({"grid": {"slip.2s": [1]}, "workers": 1, "processes": 1}, "give one of them"),
         ({"grid": {"slip.2s": [1]}, "executor": 3}, "executor of concurrent.futures"),
         ({"adaptive": {"slip.2s": (0, 1)}, "samples": 2, "grid": {}}, "goes without adaptive"),

@@ -68,6 +68,7 @@ with TrajectoryWriter(f"{folder}/run.h5", chain.scene, chain.time) as writer:
     writer.close("completed", "")
 sys.argv = ["nrchain", "render", f"{folder}/run.h5", "-o", f"{folder}/film.mp4", "--times", "5"]
 sys.argv += ["--size", "320x180", "--spacing", "logarithmic", "--fps", "10"]
+sys.argv += ["--json"]
 main()
 """
 
@@ -85,7 +86,7 @@ def drawn(tmp_path_factory):
     environment["PYTHONPATH"] = str(Path(__file__).parents[2])
     ended = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
     assert ended.returncode == 0, ended.stderr
-    assert ended.stdout.strip() == str(folder / "film.mp4")
+    assert json.loads(ended.stdout) == {"picture": str(folder / "film.mp4")}
     assert ended.stderr == ""
     return folder
 
