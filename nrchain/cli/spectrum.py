@@ -17,7 +17,7 @@ from nrchain.cli.terminal import paragraph
 
 @examples(
     "nrchain spectrum buckling --modes 4",
-    "nrchain spectrum buckling --at runs/buckling",
+    "nrchain spectrum stable --at runs/stable",
 )
 @one_line_errors()
 def spectrum(

@@ -176,3 +176,13 @@ def test_beside_a_cycle_the_exponent_is_that_of_the_largest_multiplier():
     cycle = nrchain.find_cycle(run.scene, run, tolerance=1e-3, modes=2)
     expected = math.log(abs(cycle.multipliers[0])) / cycle.period
     assert found.numbers["exponent"] == pytest.approx(expected, rel=0.05)
+
+
+@pytest.mark.parametrize("slip", [{"slip.2s": 10.0}, {"slip.2s": 10.0, "slip.3t": 5.0}])
+def test_two_spheres_that_swim_or_rest_have_an_attractor(slip):
+    """Two points lie on a line: there is no depth and no height to be wound in."""
+    pair = {"chain.particles": 2, "chain.spacing": 3.0, "chain.ends": "free", "run.end": 300.0}
+    run = nrchain.simulate(scene(**pair, **slip))
+    found = measure.attractor(run, further=False)
+    assert found.kind == ("swimming" if "slip.3t" in slip else "straight")
+    assert found.numbers["depth over height"] == 0.0

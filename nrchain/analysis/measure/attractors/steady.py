@@ -89,7 +89,10 @@ def _kind(state: SteadyState, trajectory: Trajectory) -> tuple[Attracted, dict[s
     )
     wound = handedness(last, noise=SETTLED * radius * 1e-3)
     hand = float(np.nan_to_num(wound.hand[0]))
-    extents = np.linalg.svd(positions - positions.mean(axis=0), compute_uv=False)
+    extents = np.zeros(3)
+    # two spheres have two singular values
+    values = np.linalg.svd(positions - positions.mean(axis=0), compute_uv=False)
+    extents[: len(values)] = values
     depth = float(extents[2] / max(extents[1], 1e-300))
     numbers = {
         "velocity": velocity,
