@@ -245,8 +245,9 @@ def _powers_of(found: Any, given: Any) -> tuple[float, float, float]:
 def _quantity(given: Any) -> Any:
     if hasattr(given, "magnitude") and hasattr(given, "dimensionality"):
         return given
+    registry = _registry()
     try:
-        return _registry().Quantity(given)
+        return registry.Quantity(given)
     except Exception as error:
         raise SceneError("quantity", given, 'must be a value with its unit, as "2 um"') from error
 

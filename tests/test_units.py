@@ -1,13 +1,14 @@
 """Reduced units: a scene in other units has the same motion; SI values by hand."""
 
 import re
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import nrchain
-from nrchain.errors import SceneError
+from nrchain.errors import MissingLibraryError, SceneError
 from nrchain.units import UNITS, Units, of
 
 LENGTH, TIME, FORCE = 3.0, 0.25, 7.0
@@ -132,3 +133,9 @@ def test_units_of_keys_are_those_of_the_page_of_scenes():
     strengths = {key: unit for key, unit in in_units.items() if re.match(r"slip\.\d", key)}
     assert set(strengths.values()) == {"L/T"}
     assert {key: unit for key, unit in in_units.items() if key not in strengths} == UNITS
+
+
+def test_a_missing_library_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pint", None)
+    with pytest.raises(MissingLibraryError, match=r"pip install 'nrchain\[units\]'"):
+        Units(length=1e-6, time=1.0, force=1e-12).to_reduced("2 um")

@@ -6,10 +6,10 @@ import textwrap
 from collections.abc import Iterator
 from typing import Any
 
-from nrchain.errors import NOT_GIVEN
+from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.hydrodynamics import slip_modes
 from nrchain.inputs.about import About
-from nrchain.inputs.rules import Section
+from nrchain.inputs.rules import Rule, Section
 from nrchain.scene.extensions import extensions
 from nrchain.scene.fluid_sections import SlipSpec
 from nrchain.scene.scene import Scene
@@ -20,8 +20,15 @@ WIDTH = 78
 
 HEAD = (
     "Choose a unit of length L, of time T and of force F; all values share them. A key with # in"
-    " front of it has its default: remove the # to change it."
+    " front of it has its default: remove the # to change it. Where a key has no default, an"
+    " example stands behind it."
 )
+
+NAMED_EXAMPLES = {"tolerance": 0.01, "ratio": 1e7, "accuracy": 1e-6, "max_seconds": 60.0}
+"""Examples of keys that would be odd with one of :data:`EXAMPLES`."""
+
+EXAMPLES = (1.0, 1000, [1.0, 0.0, 0.0], [[0.0, 0.0, 0.0]], [[[1, 0, 0], [0, 1, 0], [0, 0, 1]]])
+"""Values, of which the first that a key takes is its example."""
 
 STRENGTH = "a number, a list with one for each sphere, or a table of strength and axis"
 
@@ -39,7 +46,8 @@ def commented_toml(scene: Scene) -> str:
     table = scene.to_mapping()
     lines = [*_comment(HEAD), ""]
     for name, about in scene.about.items():
-        lines += _key(name, about, table.get(name), _default(Scene, name))
+        example = _example(name, Scene.rules()[name])
+        lines += _key(name, about, table.get(name), _default(Scene, name), example)
     for name, section in _sections(scene).items():
         lines += ["", *_comment(f"{name.capitalize()}: {_first_line(section)}"), f"[{name}]"]
         lines += _section(section, table.get(name, {}))
@@ -57,11 +65,12 @@ def _section(section: Section, given: dict[str, Any]) -> Iterator[str]:
     """The keys of a section, with the modes of slip last."""
     for name in section.spellings():
         about = section.about.get(name, About("", "", "", ""))
-        yield from _key(name, about, given.get(name), _default(type(section), name))
+        example = _example(name, section.rules()[name])
+        yield from _key(name, about, given.get(name), _default(type(section), name), example)
     if isinstance(section, SlipSpec):
         for mode in slip_modes.modes():
             about = About("V", "L/T", STRENGTH, f"strength of the {mode.name}")
-            yield from _key(mode.label, about, given.get(mode.label), None)
+            yield from _key(mode.label, about, given.get(mode.label), None, 1.0)
 
 
 def _default(kind: Any, name: str) -> Any:
@@ -71,8 +80,22 @@ def _default(kind: Any, name: str) -> Any:
     return NOT_GIVEN if required else field.default
 
 
-def _key(name: str, about: About, value: Any, default: Any) -> Iterator[str]:
-    """The comment on a key, and the key, behind a # if it has its default."""
+def _example(name: str, rule: Rule) -> Any:
+    """A value that the rule of a key takes; empty text where it takes none of the examples."""
+    for value in (NAMED_EXAMPLES.get(name), *EXAMPLES):
+        try:
+            if value is not None and rule(name, value) is not None:
+                return value
+        except SceneError:
+            continue
+    return ""
+
+
+def _key(name: str, about: About, value: Any, default: Any, example: Any) -> Iterator[str]:
+    """The comment on a key, and the key, behind a # if it has its default.
+
+    What stands behind the # is valid TOML, and an ``example`` where there is no default.
+    """
     symbol = ", in ".join(filter(None, (about.symbol, about.unit)))
     if about.unit and not about.symbol:
         symbol = f"in {about.unit}"
@@ -87,7 +110,8 @@ def _key(name: str, about: About, value: Any, default: Any) -> Iterator[str]:
         fallback = f"Default: {literal(default)}"
     yield from _comment(". ".join(filter(None, (meaning, allowed, fallback))) + ".")
     if value is None or value == default:
-        yield f"# {key_literal(name)} = {'' if default is None else literal(default)}".rstrip()
+        shown = f"{literal(example)}  # example" if default is None else literal(default)
+        yield f"# {key_literal(name)} = {shown}"
     else:
         yield f"{key_literal(name)} = {literal(value)}"
 

@@ -65,9 +65,21 @@ def test_a_default_behind_a_sign_is_the_default_and_comments_are_narrow(name):
     text = commented_toml(scene)
     assert all(len(line) <= 80 for line in text.splitlines() if line.startswith("#"))
     # with every default made active, the scene stays what it is
-    active = re.sub(r"^# (\w+ = .+)$", r"\1", text, flags=re.M)
+    active = re.sub(r"^# (\w+ = (?!.*# example).+)$", r"\1", text, flags=re.M)
     assert active != text
     assert Scene.from_mapping(tomllib.loads(active)) == scene
+
+
+def test_a_key_without_a_default_has_an_example_that_its_rule_takes():
+    text = commented_toml(nrchain.load_scene("wave"))
+    assert not re.search(r"^# \w+ =\s*$", text, flags=re.M)
+    active = tomllib.loads(re.sub(r"^# (\w+ = .+)$", r"\1", text, flags=re.M))
+    examples = re.findall(r"^# (\w+) = .+# example$", text, flags=re.M)
+    assert {"tolerance", "stretch", "2s", "frames", "max_steps"} <= set(examples)
+    for section, key in (("elasticity", "stretch"), ("slip", "2s"), ("run", "max_steps")):
+        changed = {f"{section}.{key}": active[section][key]}
+        changed |= {"elasticity.shear": 1.0} if key == "stretch" else {}
+        assert nrchain.load_scene({"chain": {"particles": 5}, "run": {"end": 1.0}}, **changed)
 
 
 def test_comments_have_symbol_unit_allowed_values_and_default():
