@@ -53,7 +53,7 @@ class _OneLineGroup(TyperGroup):
             code = super().main(words or ["--help"], *given, **options)
         except _UsageError as error:
             command = error.ctx.command_path if error.ctx else "nrchain"
-            message = " ".join(error.format_message().split()).rstrip(".")
+            message = _in_our_words(" ".join(error.format_message().split()).rstrip("."))
             end = "" if message.endswith("?") else ";"
             report(f"{message}{end} see {command} --help")
             code = REFUSED
@@ -66,6 +66,23 @@ class _OneLineGroup(TyperGroup):
             discard_output()
             code = report_unwritable_output(error)
         sys.exit(code if isinstance(code, int) else 0)
+
+
+WORDS = (
+    ("Value error, ", ""),
+    (", unable to parse string as a number", ""),
+    (", unable to parse string as an integer", ""),
+    ("Input should be a valid integer", "must be a whole number"),
+    ("Input should be a valid number", "must be a number"),
+    ("Input should be", "must be"),
+)
+"""Words of the libraries that read a command line, and what stands in their place."""
+
+
+def _in_our_words(message: str) -> str:
+    for theirs, ours in WORDS:
+        message = message.replace(theirs, ours)
+    return message
 
 
 app = typer.Typer(

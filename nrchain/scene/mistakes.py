@@ -1,18 +1,22 @@
 """All mistakes of a scene at once, each as the error that refuses it.
 
-Keys are read one by one, then sections whose keys are right, then the conditions on several
+Keys are read one by one, then the conditions on the keys of a section, then those on several
 sections. What depends on a mistake is not checked, so that no mistake is named that is none.
 """
 
 from __future__ import annotations
 
+import dataclasses
+import inspect
 import re
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from typing import Any, cast
 
 from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.inputs.rules import Section
 from nrchain.scene.chain_sections import ChainSpec, ElasticitySpec, RunSpec, StartSpec
+from nrchain.scene.checks import check_start, check_strengths
 from nrchain.scene.extensions import extensions
 from nrchain.scene.fluid_sections import FrictionSpec, SlipSpec
 from nrchain.scene.scene import Scene
@@ -46,6 +50,11 @@ def mistakes_in(table: Mapping[str, Any]) -> list[SceneError]:
         found += errors
         if not errors:
             sound[name] = value
+        elif kind is SlipSpec and isinstance(value, Mapping):
+            # a mode that cannot be read says nothing of the others
+            readable = {k: v for k, v in value.items() if not [*_key_mistake(kind, k, v)]}
+            if readable != value:
+                sound[name] = readable
     for name in REQUIRED.keys() - table.keys():
         found += _missing(kinds[name], {})
     known = {name: sound.get(name, needed) for name, needed in REQUIRED.items()}
@@ -53,7 +62,26 @@ def mistakes_in(table: Mapping[str, Any]) -> list[SceneError]:
     if "chain" not in sound:
         # what the scene is refused for with its own chain is not known
         between = [error for error in between if error.key == "tolerance"]
+        between += _mistakes_with_chain(table.get("chain"), sound)
     return [*found, *between]
+
+
+def _mistakes_with_chain(chain: Any, sound: Mapping[str, Any]) -> Iterator[SceneError]:
+    """The mistakes of slip and start with those keys of a chain that have none."""
+    if not isinstance(chain, Mapping):
+        return
+    readable: Any = _Readable(ChainSpec, chain)
+    conditions: tuple[Callable[[], None], ...] = (
+        lambda: check_strengths(SlipSpec.from_mapping(sound.get("slip", {})), readable),
+        lambda: check_start(StartSpec.from_mapping(sound.get("start", {})), readable),
+    )
+    for condition in conditions:
+        try:
+            condition()
+        except SceneError as error:
+            yield error
+        except _UnreadableError:
+            continue
 
 
 def _missing(kind: type[Section], value: Mapping[str, Any]) -> Iterator[SceneError]:
@@ -93,6 +121,51 @@ def _section_mistakes(kind: type[Section], value: Any) -> Iterator[SceneError]:
             kind.from_mapping(value)
         except SceneError as error:
             yield error
+    else:
+        yield from _mistake_of_readable_keys(kind, value)
+
+
+class _UnreadableError(Exception):
+    """A condition asks for a key that has a mistake."""
+
+
+class _Readable:
+    """A section with a mistake, as far as its conditions can read it."""
+
+    def __init__(self, kind: type[Section], value: Mapping[str, Any]) -> None:
+        self._kind = kind
+        self._values: dict[str, Any] = {}
+        for field in dataclasses.fields(cast(Any, kind)):
+            given = value.get(field.name)
+            rule = kind.rules()[field.name]
+            with suppress(SceneError):
+                if given is not None:
+                    self._values[field.name] = rule(kind.key(field.name), given)
+                elif field.default is not dataclasses.MISSING:
+                    self._values[field.name] = field.default
+
+    def __getattr__(self, name: str) -> Any:
+        if name in self._values:
+            return self._values[name]
+        if name in self._kind.rules():
+            raise _UnreadableError(name)
+        found = inspect.getattr_static(self._kind, name)
+        # methods and properties read this object, not a section
+        bind: Any = getattr(found, "__get__", None)
+        return bind(self, self._kind) if bind else found
+
+
+def _mistake_of_readable_keys(
+    kind: type[Section], value: Mapping[str, Any]
+) -> Iterator[SceneError]:
+    """The mistake of keys together, where a condition on them needs none that has a mistake."""
+    check: Any = kind.check
+    try:
+        check(_Readable(kind, value))
+    except SceneError as error:
+        yield error
+    except _UnreadableError:
+        return
 
 
 def _key_mistake(kind: type[Section], name: str, given: Any) -> Iterator[SceneError]:

@@ -52,13 +52,35 @@ def test_one_mistake_is_the_error_that_a_run_gives(key):
 
 
 def test_mistakes_of_all_sections_are_listed_together():
-    # a section with a mistake leaves open what its other keys mean for the rest of the scene
-    own = {"chain.spacing", "chain.ends", "chain.spacin"}
-    keys = MISTAKES.keys() - own
-    assert listed(*keys) == {MISTAKES[key][1] for key in keys - {"slip.3t"}}
-    keys = MISTAKES.keys() - {"chain.spacing"}
-    dependent = {"slip.3t", "start.wavenumber"}
-    assert listed(*keys) == {MISTAKES[key][1] for key in keys - dependent}
+    assert listed(*MISTAKES) == {MISTAKES[key][1] for key in MISTAKES.keys() - {"start.wavenumber"}}
+    # the shortest wave depends on the ends of the chain
+    keys = MISTAKES.keys() - {"chain.ends"}
+    assert listed(*keys) == {MISTAKES[key][1] for key in keys}
+
+
+def test_mistakes_between_keys_are_listed_beside_others_where_the_keys_can_be_read():
+    wrong = {"chain": {"particles": 1, "spacing": 1.5, "ends": "fre"}, "run": {"end": 1.0}}
+    keys = [error.key for error in mistakes_in(wrong)]
+    assert keys == ["chain.particles", "chain.ends", "chain.spacing"]
+    flow = {"gradient": [[1, 0, 0], [0, 0, 0], [0, 0, 0]], "disturbance": "no"}
+    steric = {"strength": 1.0, "range": "far"}
+    right = {"chain": {"particles": 5}, "run": {"end": 1.0}}
+    both = mistakes_in(right | {"flow": flow, "steric": steric})
+    keys = ["flow.disturbance", "flow.gradient", "steric.range", "steric.strength"]
+    assert [error.key for error in both] == keys
+    slip = {"4a": 1.0, "backend": "pystokes"}
+    (one,) = mistakes_in(right | {"slip": slip})
+    assert [error.key for error in mistakes_in(right | {"slip": slip | {"2s": "a"}})] == [
+        "slip.2s",
+        one.key,
+    ]
+    # two radii are not known
+    wrong["chain"]["radius"] = -1.0
+    assert "chain.spacing" not in [error.key for error in mistakes_in(wrong)]
+    # the shape needs positions, and those that are given cannot be read
+    start = {"shape": "given", "positions": "here"}
+    (found,) = mistakes_in({"chain": {"particles": 5}, "start": start, "run": {"end": 1.0}})
+    assert found.key == "start.positions"
 
 
 def test_mistakes_between_sections_are_all_found():
