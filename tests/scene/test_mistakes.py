@@ -68,12 +68,6 @@ def test_mistakes_between_keys_are_listed_beside_others_where_the_keys_can_be_re
     both = mistakes_in(right | {"flow": flow, "steric": steric})
     keys = ["flow.disturbance", "flow.gradient", "steric.range", "steric.strength"]
     assert [error.key for error in both] == keys
-    slip = {"4a": 1.0, "backend": "pystokes"}
-    (one,) = mistakes_in(right | {"slip": slip})
-    assert [error.key for error in mistakes_in(right | {"slip": slip | {"2s": "a"}})] == [
-        "slip.2s",
-        one.key,
-    ]
     # two radii are not known
     wrong["chain"]["radius"] = -1.0
     assert "chain.spacing" not in [error.key for error in mistakes_in(wrong)]
