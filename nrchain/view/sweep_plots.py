@@ -28,6 +28,7 @@ from nrchain.view.style import (
     line_look,
     style_axes,
 )
+from nrchain.view.sweep_units import label
 
 NUMBERS = "viridis"
 """The colour map of numbers, from dark to light."""
@@ -43,6 +44,9 @@ WIDE = 30.0
 
 ASIDE = 0.1
 """By which the marks of a word are apart, line by line, in distances of words."""
+
+TICKS = 5
+"""Most intervals along x, so that numbers of four signs stay apart in one column."""
 
 HEIGHT = 2.6
 """Of a panel, in inches."""
@@ -119,8 +123,8 @@ def draw_lines(
         look = line_look(number, marker=True)
         if words:
             look["linestyle"] = ""
-        label = None if by is None else letters(f"{by} = {_short(value)}")
-        axes.plot([p.values[x] for p in known], height, **look, label=label)
+        said = None if by is None else letters(f"{by} = {_short(value)}")
+        axes.plot([p.values[x] for p in known], height, **look, label=said)
         missing = [p.values[x] for p in points if not _has_value(p, name)]
         if missing:
             base = axes.get_xaxis_transform()
@@ -129,8 +133,8 @@ def draw_lines(
         axes.set_yticks(range(len(words)), [letters(word) for word in words])
         axes.set_ylim(-0.5, len(words) - 0.5)
     _scale(axes, "x", sweep, x)
-    axes.set_xlabel(letters(x))
-    axes.set_ylabel(letters(name))
+    axes.set_xlabel(label(x, sweep.scene, sweep.keys))
+    axes.set_ylabel(label(name, sweep.scene, sweep.keys))
     if by is not None:
         _write_key(axes)
     return axes
@@ -165,8 +169,8 @@ def draw_map(
     elif known:
         numbers = np.array([point.observables[name] for point in known], float)
         drawn = _draw_numbers(axes, places, numbers)
-        bar = axes.figure.colorbar(drawn, ax=axes)
-        bar.set_label(letters(name), size=TEXT, color=INK)
+        bar = axes.figure.colorbar(drawn, ax=axes, format=_number)
+        bar.set_label(label(name, sweep.scene, sweep.keys), size=TEXT, color=INK)
         bar.ax.tick_params(labelsize=TEXT, labelcolor=INK, width=0.6, length=2.5, color=PALE)
         bar.outline.set(linewidth=0.6, edgecolor=PALE)
     missing = [(p.values[x], p.values[y]) for p in points if not _has_value(p, name)]
@@ -174,7 +178,8 @@ def draw_map(
         axes.scatter(*zip(*missing, strict=True), **MISSING, label="no value", zorder=4)
     if words or missing:
         _write_key(axes)
-    axes.set(xlabel=letters(x), ylabel=letters(y))
+    axes.set_xlabel(label(x, sweep.scene, sweep.keys))
+    axes.set_ylabel(label(y, sweep.scene, sweep.keys))
     return axes
 
 
@@ -301,7 +306,10 @@ def _is_number(value: Any) -> bool:
 
 def _scale(axes: Any, axis: str, sweep: Sweep, key: str) -> None:
     """Make an axis logarithmic where the values of its key are spaced so."""
-    values = np.array([value for value in _values(sweep, key) if _is_number(value)], float)
+    held = [value for value in _values(sweep, key) if _is_number(value)]
+    if all(isinstance(value, int) for value in held):
+        getattr(axes, f"{axis}axis").get_major_locator().set_params(integer=True)
+    values = np.array(held, float)
     if len(values) < 3 or values.min() <= 0.0 or values.max() < WIDE * values.min():
         return
     steps = np.diff(np.log(values))
@@ -314,7 +322,15 @@ def _styled(axes: Any) -> Any:
         axes = new_figure(WIDTHS["one"], HEIGHT, "constrained").subplots()
     style_axes(axes)
     axes.set_facecolor(PAPER)
+    axes.xaxis.get_major_locator().set_params(nbins=TICKS)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter(_number)
     return axes
+
+
+def _number(value: float, place: int | None = None) -> str:
+    """A number beside an axis, whole: a factor above the axis would meet the key of the lines."""
+    return f"{value:.6g}".replace("-", "\N{MINUS SIGN}")
 
 
 def _short(value: Any) -> str:

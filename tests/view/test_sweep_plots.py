@@ -7,6 +7,7 @@ import nrchain
 from nrchain import sweep_plots
 from nrchain.errors import SceneError
 from nrchain.sweeps.result import Sweep
+from nrchain.view.sweep_units import label
 
 SCENE = nrchain.load_scene("buckling", **{"chain.particles": 4})
 
@@ -37,7 +38,26 @@ def test_lines_have_the_values_of_each_second_key():
     for line, y in zip(axes.lines, (0.0, 10.0), strict=True):
         assert line.get_xdata().tolist() == [0.0, 1.0, 3.0]
         assert line.get_ydata().tolist() == [y, 1.0 + y, 3.0 + y]
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("slip.2s", "end.size")
+    unit = r"\mu/\gamma_T d^2"
+    assert axes.get_xlabel() == rf"slip.2s  [$a\,{unit}$]"
+    assert axes.get_ylabel() == "end.size  [$a$]"
+
+
+def test_units_are_named_only_where_all_points_have_those_of_the_paper():
+    assert label("end.size", SCENE, ("slip.2s",)) == "end.size  [$a$]"
+    assert label("end.size", SCENE, ("chain.radius",)) == "end.size"
+    other = nrchain.load_scene(SCENE, **{"elasticity.bend": 1.0})
+    assert label("end.time", other, ("slip.2s",)) == "end.time"
+    assert label("measure.straightness", SCENE, ("slip.2s",)) == "measure.straightness"
+
+
+def test_small_numbers_stand_at_their_ticks_and_counts_of_spheres_are_whole():
+    points = [({"chain.particles": n}, (n * 1e-7,)) for n in (4, 5)]
+    axes = sweep_plots.draw_lines(swept(points), "end.size", "chain.particles")
+    axes.figure.canvas.draw()
+    assert axes.yaxis.get_offset_text().get_text() == ""
+    assert "4.4e−07" in [text.get_text() for text in axes.get_yticklabels()]
+    assert all(float(tick).is_integer() for tick in axes.get_xticks())
 
 
 def test_a_map_has_the_value_of_each_point_around_it():
