@@ -148,7 +148,8 @@ def plot(
     The run may still go on. A file that ends in .mp4 or .gif is a film.
     """
     from nrchain.trajectory.trajectory import Trajectory
-    from nrchain.view.film_files import is_film
+    from nrchain.view.drawing import FORMATS
+    from nrchain.view.film_files import FILMS, is_film
     from nrchain.view.plots import save_chain
 
     style = Style.of(as_json=as_json, quiet=quiet)
@@ -175,6 +176,9 @@ def plot(
         refuse_options(of_pictures, "pictures: PNG, PDF or SVG")
     else:
         refuse_options({"fps": fps, "width": width}, "films: -o must end in .mp4 or .gif")
+        if output is not None and output.suffix.lower() not in FORMATS:
+            endings = f"must end in {', '.join(FORMATS)}, or for a film in {', '.join(FILMS)}"
+            raise SceneError("-o", str(output), endings)
     trajectory = Trajectory.open(find_run(directory))
     if trajectory.provenance:
         note(trajectory.provenance.line)

@@ -43,7 +43,9 @@ def check_drawable(trajectory: Trajectory, path: str | Path) -> Path:
 def check_snapshots(trajectory: Trajectory) -> None:
     """Raise :class:`~nrchain.errors.TrajectoryError` for a trajectory without snapshots."""
     if not len(trajectory.time):
-        raise TrajectoryError("the trajectory has no finished snapshot to draw")
+        running = trajectory.status == "running"
+        why = ": its run has just begun, or was killed at once" if running else ""
+        raise TrajectoryError(f"the trajectory has no finished snapshot to draw{why}")
 
 
 def as_axes(axes: Any, *, height: float = 2.4, projection: str | None = None) -> Any:

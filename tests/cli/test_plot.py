@@ -18,7 +18,7 @@ def test_plot_draws_the_view_and_the_file_asked_for(tmp_path, stub):
     result = call("plot", tmp_path / FILE_NAME, "--view", "3d", "-o", tmp_path / "space.svg")
     assert result.exit_code == 0, result.stderr
     assert (tmp_path / "space.svg").read_text().startswith("<?xml")
-    assert_refused(call("plot", tmp_path, "-o", tmp_path / "a.doc"), ".png, .pdf, .svg")
+    assert_refused(call("plot", tmp_path, "-o", tmp_path / "a.doc"), ".png, .pdf, .svg", ".mp4")
     assert_refused(call("plot", tmp_path, "-o", tmp_path / "no" / "a.png"), "No such file")
     assert call("plot", tmp_path, "--view", "top").exit_code == REFUSED
     with h5py.File(tmp_path / FILE_NAME, "r+") as file:
