@@ -20,6 +20,9 @@ from nrchain.inputs.rules import is_number
 from nrchain.scene.loading import load_scene
 from nrchain.scene.scene import Scene
 
+LARGEST = 1e60
+"""Largest unit, in SI: products of powers of units stay in the range of floating point."""
+
 UNITS = {
     "chain.spacing": "L",
     "chain.radius": "L",
@@ -159,7 +162,7 @@ def of(scene: Scene, **known: Any) -> Units:
         force or a time in place of the strength. Together they must fix length, time and force.
 
     Raises :class:`~nrchain.errors.SceneError` for keys without a unit, values of another dimension
-    or of another sign, and keys that leave one of the three units open.
+    or of another sign, keys that leave one of the three units open, and units out of range.
 
     >>> from nrchain import load_scene
     >>> scene = load_scene("passive", field={"force": [0.0, 0.0, -0.5]})
@@ -182,7 +185,11 @@ def of(scene: Scene, **known: Any) -> Units:
     matrix = np.array(rows, float)
     if abs(np.linalg.det(matrix)) < 0.5:
         raise SceneError("known", sorted(known), "must fix length, time and force together")
-    length, time, force = (float(unit) for unit in np.exp(np.linalg.solve(matrix, logarithms)))
+    exponents = np.linalg.solve(matrix, logarithms)
+    if not np.abs(exponents).max() < np.log(LARGEST):
+        allowed = f"must give units of length, time and force between 1/{LARGEST:g} and {LARGEST:g}"
+        raise SceneError("known", known, allowed)
+    length, time, force = (float(unit) for unit in np.exp(exponents))
     return Units(length, time, force)
 
 

@@ -114,6 +114,10 @@ def test_what_goes_there_comes_back():
         ({"chain.radius": "1 um", "run.end": "1 s", "slip.2s": "1 fast"}, "must be a value with"),
         ({"chain.radius": "1 um", "run.end": "1 s", "slip.2s": "-1 um/s"}, "the sign"),
         ({"chain.radius": "1 um", "run.end": "1 s", "slip.4a": "1 um/s"}, "other than zero"),
+        (
+            {"chain.radius": "1e-300 m", "chain.viscosity": "1 Pa s", "run.end": "1 s"},
+            "between 1/1e\\+60 and 1e\\+60",
+        ),
         ({"chain.radius": "1 um", "run.end": "1 s", "chain.particles": "1 K"}, "must have a unit"),
     ],
 )

@@ -15,6 +15,7 @@ import numpy as np
 from nrchain.errors import SceneError
 from nrchain.sweeps.points import portable
 from nrchain.sweeps.result import Sweep, SweepPoint
+from nrchain.sweeps.without_value import has_value
 from nrchain.view.drawing import check_picture, letters, new_figure, save
 from nrchain.view.phase_plots import LOOKS
 from nrchain.view.style import (
@@ -296,8 +297,7 @@ def _height(value: Any, words: Sequence[str]) -> float:
 
 
 def _has_value(point: SweepPoint, name: str) -> bool:
-    value = {**point.values, **point.observables}.get(name)
-    return value is not None and value == value
+    return has_value({**point.values, **point.observables}.get(name))
 
 
 def _is_number(value: Any) -> bool:
