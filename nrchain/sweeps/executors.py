@@ -100,7 +100,7 @@ def cluster(address: str) -> Iterator[Any]:
     distributed = optional("distributed", "cluster", "a cluster of Dask")
     if address.endswith(".json") and not Path(address).is_file():
         # Dask would wait for the file
-        raise SceneError("cluster", address, "there is no such file; dask scheduler writes it")
+        raise NrchainError(f"cluster {address}: there is no such file; dask scheduler writes it")
     place = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
     try:
         client = distributed.Client(**place, timeout=PATIENCE, set_as_default=False)

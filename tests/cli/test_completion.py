@@ -78,7 +78,9 @@ def test_scenes_complete_files_and_folders(tmp_path, monkeypatch):
     assert complete_scene("nowhere/") == []
 
 
-def test_the_script_for_a_shell_is_printed():
+def test_the_script_for_a_shell_is_printed(monkeypatch):
+    # Typer otherwise asks which shell this process runs in
+    monkeypatch.setenv("_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION", "1")
     shown = call("--show-completion", "bash")
     assert shown.exit_code == 0
     assert "nrchain" in shown.stdout

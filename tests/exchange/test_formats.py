@@ -178,7 +178,7 @@ def test_a_slice_has_its_own_frames_and_the_record_of_the_run(ending, tmp_path):
         found = read_start(f"{path}:{index}")
         assert found.positions == pytest.approx(trajectory.positions[row], abs=SINGLE * 5)
         assert found.provenance.steps[-1].time == trajectory.time[row]
-    with pytest.raises(SceneError, match="frames 0 to 1, or -1 for the last"):
+    with pytest.raises(TrajectoryError, match="frames 0 to 1, or -1 for the last"):
         read_start(f"{path}:2")
 
 

@@ -99,7 +99,7 @@ def resume(paths: list[str], scene: str) -> Answer:
     found = []
     for path in map(Path, paths):
         left = Trajectory.open(path) if path.exists() else None
-        checkpoint = left.latest_checkpoint() if left else None
+        checkpoint = None if left is None else left.latest_checkpoint()
         try:
             run = resume_run(path)
         except TrajectoryError:
@@ -107,8 +107,8 @@ def resume(paths: list[str], scene: str) -> Answer:
             run = simulate(Scene.from_toml(scene), output=path, overwrite=True)
         found.append(
             {
-                "status": left.status if left else "no file",
-                "snapshots": len(left.time) if left else 0,
+                "status": "no file" if left is None else left.status,
+                "snapshots": 0 if left is None else len(left),
                 "from": checkpoint.time if checkpoint else None,
                 "digest": _bits(run),
             }
