@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from nrchain.figures.sheet import below
-from nrchain.view.style import COLOURS, DASHES, INK, LINE, PAPER, TEXT
+from nrchain.figures.keys import Glyph, write_glyphs
+from nrchain.figures.sheet import key_place
+from nrchain.view.style import COLOURS, DASHES, INK, LINE, PAPER
 
 FORCE: dict[str, Any] = {"color": COLOURS[0], "linewidth": 1.3}
 TORQUE: dict[str, Any] = {"color": COLOURS[1], "linewidth": 1.3, "linestyle": DASHES[2]}
 """Forces are solid, torques are dotted."""
-
-ACROSS: dict[str, Any] = {
-    "linestyle": "",
-    "marker": r"$\odot$",
-    "markersize": 7.0,
-    "color": COLOURS[0],
-}
-"""The sign of a force towards the reader, in a key."""
 
 NEGLIGIBLE = 0.02
 """Fraction of the largest force or torque below which no arrow is drawn."""
@@ -95,20 +88,46 @@ def draw_normal(axes: Any, centre: np.ndarray, sense: float, size: float, colour
         axes.plot(*centre[:, None], **LINE | look)
 
 
-def write_arrow_key(axes: Any, entries: Iterable[tuple[str, dict[str, Any]]]) -> None:
-    """Write a key below axes, one line a kind of arrow."""
-    from matplotlib.lines import Line2D
+ORIGIN = np.zeros(2)
+RIGHT = np.array([1.0, 0.0])
 
-    given = list(entries)
-    handles = [Line2D([], [], **LINE | look) for _, look in given]
-    axes.legend(
-        handles,
-        [words for words, _ in given],
-        frameon=False,
-        fontsize=TEXT,
-        labelcolor=INK,
-        handlelength=1.6,
-        columnspacing=1.0,
-        ncols=2,
-        **below(axes),
-    )
+
+def force_glyph() -> Glyph:
+    """A straight arrow, for a key."""
+    return Glyph(lambda axes: draw_arrow(axes, -2.2 * RIGHT, 4.4 * RIGHT, FORCE))
+
+
+def normal_force_glyph() -> Glyph:
+    """The signs ⊙ and ⊗, for a key."""
+
+    def draw(axes: Any) -> None:
+        for sense in (1.0, -1.0):
+            draw_normal(axes, -1.3 * sense * RIGHT, sense, 6.5, FORCE["color"])
+
+    return Glyph(draw)
+
+
+def turn_glyph() -> Glyph:
+    """A round arrow, for a key."""
+    return Glyph(lambda axes: draw_turn(axes, -0.5 * RIGHT[::-1], -1.0, TORQUE))
+
+
+def torque_glyph() -> Glyph:
+    """An arrow with two heads, one behind the other, for a key."""
+    return Glyph(lambda axes: draw_arrow(axes, -2.4 * RIGHT, 4.8 * RIGHT, TORQUE, 2))
+
+
+def axis_glyph(*, polar: bool) -> Glyph:
+    """A squirmer with its axis, for a key."""
+
+    def draw(axes: Any) -> None:
+        draw_sphere(axes, ORIGIN, INK)
+        draw_axis(axes, ORIGIN, RIGHT, polar=polar)
+
+    return Glyph(draw, 5.0)
+
+
+def write_arrow_key(axes: Any, entries: Sequence[tuple[str, Glyph]], columns: int = 3) -> None:
+    """Write a key below axes, an entry a kind of arrow."""
+    owner, place = key_place(axes)
+    write_glyphs(owner, entries, columns, **place)

@@ -15,10 +15,13 @@ from nrchain.analysis.flow import flow
 from nrchain.figures.arrows import (
     FORCE,
     TORQUE,
+    axis_glyph,
     draw_arrow,
     draw_axis,
     draw_sphere,
     draw_turn,
+    force_glyph,
+    turn_glyph,
     write_arrow_key,
 )
 from nrchain.figures.sheet import FULL, Detail, Sheet, Width, new_sheet
@@ -26,7 +29,7 @@ from nrchain.figures.squirmer import draw_bar, draw_magnitude, draw_streamlines
 from nrchain.motion.wrenches import active_wrenches
 from nrchain.scene.loading import load_scene
 from nrchain.trajectory.trajectory import Trajectory
-from nrchain.view.style import COLOURS, style_axes, write_letter
+from nrchain.view.style import INK, style_axes, write_letter
 
 SLIP = {"2s": 1.0}
 
@@ -37,7 +40,7 @@ ANGLES = np.radians([20.0, 100.0])
 TURN, SHIFT = np.radians(65.0), np.array([0.8, -0.6, 0.0])
 """The rigid motion: a rotation about z and a translation."""
 
-SIDE, LONGEST = 6.0, 2.6
+SIDE, LONGEST = 6.0, 2.2
 """Half of the side of a panel, and length of the longest arrow, in a."""
 
 
@@ -97,9 +100,11 @@ def _draw_panel(axes: Any, moved: bool, points: int) -> None:
     force, torque = forces(moved)
     largest = np.linalg.norm(force, axis=1).max()
     for place, frame, push, turn in zip(positions, frames, force, torque, strict=True):
-        draw_sphere(axes, place[:2], COLOURS[3])
+        draw_sphere(axes, place[:2], INK)
         draw_axis(axes, place[:2], frame[0, :2], polar=False)
-        draw_arrow(axes, place[:2], LONGEST * push[:2] / largest, FORCE)
+        # from the surface: an arrow from the middle would hide the axis
+        surface = place[:2] + push[:2] / np.linalg.norm(push)
+        draw_arrow(axes, surface, LONGEST * push[:2] / largest, FORCE)
         draw_turn(axes, place[:2], np.sign(turn[2]), TORQUE)
     axes.set(xlim=(-SIDE, SIDE), ylim=(-SIDE, SIDE), xlabel="x/a", ylabel="y/a")
     axes.set_aspect("equal")
@@ -107,4 +112,10 @@ def _draw_panel(axes: Any, moved: bool, points: int) -> None:
         axis.label.set_style("italic")
         axis.set_ticks([-5, 0, 5])
     axes.grid(False)
-    write_arrow_key(axes, [("force", FORCE), ("torque", TORQUE)])
+    size = largest / scene.drag.translation
+    entries = [
+        ("axis", axis_glyph(polar=False)),
+        ("torque, sense", turn_glyph()),
+        (rf"force, longest ${size:.2g}\,\gamma_T V$", force_glyph()),
+    ]
+    write_arrow_key(axes, entries)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from nrchain.figures.arrows import FORCE, TORQUE
+from nrchain.figures.keys import Glyph, write_glyphs
 from nrchain.figures.sheet import FULL, Detail, Sheet, Width, new_sheet
 from nrchain.scene.loading import load_scene
 from nrchain.theory.rod.coarse_graining import moduli
@@ -78,8 +79,10 @@ def draw(width: Width = "two", detail: Detail = FULL, title: bool = False) -> Sh
         table, largest = responses(label)
         for axes, strain in zip(row, STRAINS.values(), strict=True):
             _draw_entries(axes, entries(table, strain), TEXT if two else TEXT - 2)
+        unit = rf"$[{largest:.3g}\,\gamma_T V]$"
         head = f"{label}\n" + kind.replace(" ", "\n") if two else label
-        row[0].set_ylabel(head, fontsize=TEXT, color=INK)
+        look = {"rotation": 0.0, "ha": "center", "va": "center", "labelpad": 24.0} if two else {}
+        row[0].set_ylabel(f"{head}\n{unit}", fontsize=TEXT if two else TEXT - 1, color=INK, **look)
         remarks.append(f"{label}: entries are in units of {largest:.3g} γ_T V")
     _write_key(figure, two)
     return Sheet(figure, tuple(remarks))
@@ -153,18 +156,15 @@ def _draw_kind(axes: Any, x: float, y: float, number: int) -> None:
 def _write_key(figure: Any, two: bool) -> None:
     from matplotlib.lines import Line2D
 
-    kinds = {
-        "$e_1$": FORCE,
-        "$e_2$": SECOND,
-        "stress F, round: M": FORCE | {"marker": "D"},
-        "source f, round: m": {"color": COLOURS[1], "linewidth": 1.3, "marker": ">"},
-    }
-    figure.legend(
-        [Line2D([], [], **LINE | look) for look in kinds.values()],
-        list(kinds),
-        loc="outside lower center",
-        ncols=4 if two else 2,
-        frameon=False,
-        fontsize=TEXT,
-        labelcolor=INK,
-    )
+    def kind(number: int) -> Glyph:
+        return Glyph(lambda axes: _draw_kind(axes, 0.0, -0.1 * (number % 6 > 2), number), 16.0)
+
+    entries = [
+        ("$e_1$", Line2D([], [], **LINE | FORCE)),
+        ("$e_2$", Line2D([], [], **LINE | SECOND)),
+        ("stress F", kind(0)),
+        ("stress M", kind(3)),
+        ("source f", kind(6)),
+        ("source m", kind(9)),
+    ]
+    write_glyphs(figure, entries, 6 if two else 3, loc="outside lower center")

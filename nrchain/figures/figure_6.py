@@ -10,6 +10,7 @@ MODE = Mode(
     title="The polar, achiral chain (3t)",
     waves=Waves("3t", (1000.0, 500.0, -500.0, -1000.0), "sine", "velocity"),
     scenes=("wave",),
+    planar=True,
 )
 
 

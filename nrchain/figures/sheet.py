@@ -66,5 +66,20 @@ def below(axes: Any) -> dict[str, Any]:
     return place | {"bbox_transform": axes.transAxes + down}
 
 
+def key_place(axes: Any) -> tuple[Any, dict[str, Any]]:
+    """What a key belongs to, and its place: below axes, or below a part of a figure."""
+    from matplotlib.figure import SubFigure
+
+    if isinstance(axes.figure, SubFigure):
+        return axes.figure, {"loc": "outside lower center"}
+    return axes, below(axes)
+
+
+def is_above(axes: Any, other: Any) -> bool:
+    """Whether axes stand above others of their grid, and not beside them."""
+    columns = [each.get_subplotspec().colspan for each in (axes, other)]
+    return bool(columns[0] == columns[1])
+
+
 FULL = Detail()
 """What ``nrchain figure`` draws."""

@@ -11,24 +11,29 @@ import math
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import distance_transform_edt
 
 from nrchain.analysis.flow import Flow, flow
 from nrchain.figures.arrows import (
-    ACROSS,
     FORCE,
     NEGLIGIBLE,
     TORQUE,
+    axis_glyph,
     draw_arrow,
     draw_axis,
     draw_normal,
     draw_sphere,
     draw_turn,
+    force_glyph,
+    normal_force_glyph,
+    torque_glyph,
+    turn_glyph,
     write_arrow_key,
 )
 from nrchain.hydrodynamics.pystokes import flow_at
 from nrchain.scene.loading import load_scene
 from nrchain.trajectory.trajectory import Trajectory
-from nrchain.view.style import DASHES, INK, LINE, SIZES, TEXT, style_axes
+from nrchain.view.style import DASHES, INK, LINE, PAPER, SIZES, TEXT, style_axes
 
 SIDE = 6.0
 """Half of the side of the plane that is shown, in a."""
@@ -83,10 +88,10 @@ def misfit_of_pystokes(label: str) -> float:
     return float(np.abs(here - there).max() / np.abs(here).max())
 
 
-def draw_squirmer(axes: Any, label: str, points: int) -> Any:
+def draw_squirmer(axes: Any, label: str, points: int, columns: int = 3) -> Any:
     """Draw the flow about a squirmer of a mode, with ``points`` points along a side.
 
-    Returns the image of log₁₀ |u|/V, for a colour bar.
+    The key has ``columns`` columns. Returns the image of log₁₀ |u|/V, for a colour bar.
     """
     line = np.linspace(-SIDE, SIDE, points)
     x, y = np.meshgrid(line, line)
@@ -106,9 +111,11 @@ def draw_squirmer(axes: Any, label: str, points: int) -> Any:
         axis.label.set_style("italic")
         axis.set_ticks([-5, 0, 5])
     axes.grid(False)
-    kinds = [("force", ACROSS if label in CHIRAL else FORCE)]
-    kinds += [("torque", TORQUE)] * (label != "3t")
-    write_arrow_key(axes, kinds)
+    kinds = [("axis", axis_glyph(polar=label in POLAR))]
+    kinds.append(("force", normal_force_glyph() if label in CHIRAL else force_glyph()))
+    if label != "3t":
+        kinds.append(("torque", torque_glyph() if label in CHIRAL else turn_glyph()))
+    write_arrow_key(axes, kinds, columns=columns)
     return image
 
 
@@ -117,8 +124,13 @@ def draw_magnitude(axes: Any, line: np.ndarray, speed: np.ndarray) -> Any:
     with np.errstate(divide="ignore"):
         shade = np.log10(speed)
     top = math.ceil(np.nanmax(shade))
+    # smooth between points, so that lines on which nothing moves are not dotted; one more point
+    # within spheres carries the shade up to their edge
+    shade = np.maximum(shade, top - DECADES)
+    away, nearest = distance_transform_edt(np.isnan(shade), return_indices=True)
+    shade = np.where(away < 2.0, shade[tuple(nearest)], np.nan)
     image = axes.pcolormesh(
-        line, line, shade, cmap=SIZES, vmin=top - DECADES, vmax=top + 2, shading="nearest"
+        line, line, shade, cmap=SIZES, vmin=top - DECADES, vmax=top + 2, shading="gouraud"
     )
     image.set(rasterized=True, zorder=0)
     return image
@@ -167,10 +179,13 @@ def _draw_sheet(axes: Any, label: str, points: int) -> None:
     inset.set(xlim=(-4, 4), ylim=(-4, 4), xticks=[], yticks=[])
     inset.set_aspect("equal")
     inset.grid(False)
-    words = f"y, z at x = {SHEET:g} a"
-    inset.text(0.5, 1.03, words, transform=inset.transAxes, ha="center", size=TEXT - 2, color=INK)
+    words = f"x = {SHEET:g} a"
+    plain = {"facecolor": PAPER, "edgecolor": "none", "pad": 1.0}
+    place = {"transform": inset.transAxes, "ha": "center", "va": "top", "bbox": plain}
+    inset.text(0.5, 0.98, words, size=TEXT - 2, color=INK, zorder=5, **place)
     look = {"color": INK, "linewidth": 0.6, "linestyle": DASHES[1], "zorder": 2}
-    axes.plot([SHEET, SHEET], [-4.0, 4.0], **LINE | look)
+    # down to the inset, which would hide the rest
+    axes.plot([SHEET, SHEET], [-0.2 * SIDE, 4.0], **LINE | look)
 
 
 def _draw_tracers(axes: Any, label: str) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from nrchain.analysis import measure
-from nrchain.figures.sheet import below
+from nrchain.figures.sheet import key_place
 from nrchain.figures.squirmer import CHIRAL
 from nrchain.run.simulation import simulate
 from nrchain.scene.loading import load_scene
@@ -133,15 +133,17 @@ def draw_waves(axes: Any, waves: Waves, lengths: tuple[int, ...], strengths: int
     if waves.label in CHIRAL:
         place = {"transform": axes.transAxes, "ha": "left", "va": "bottom"}
         axes.text(0.03, 0.03, "right-handed waves", color=INK, size=TEXT - 1, **place)
-    if waves.part == "growth":
-        axes.set_ylabel("growth rate  " + label(r"{\rm Re}\,\Lambda", scene, "rate"))
-    else:
-        axes.set_ylabel("phase velocity  " + label(r"-{\rm Im}\,\Lambda/q", scene, "speed"))
-    _write_key(axes, entries)
+    symbol = label(r"{\rm Re}\,\Lambda", scene, "rate")
+    if waves.part == "velocity":
+        symbol = label(r"-{\rm Im}\,\Lambda/q", scene, "speed")
+    # of low axes only the symbol has room
+    words = {"growth": "growth rate  ", "velocity": "phase velocity  "}[waves.part]
+    axes.set_ylabel(words * (key_place(axes)[0] is axes) + symbol)
+    _write_key(axes, entries, scene)
     return worst
 
 
-def _write_key(axes: Any, entries: dict[str, Any]) -> None:
+def _write_key(axes: Any, entries: dict[str, Any], scene: Scene) -> None:
     """Write the key below the axes: strengths, and what lines and marks are."""
     from matplotlib.lines import Line2D
 
@@ -152,9 +154,12 @@ def _write_key(axes: Any, entries: dict[str, Any]) -> None:
         "runs": Line2D([], [], **marker_look(0, hollow=True) | {"markeredgecolor": INK}),
     }
     every = entries | lines
-    axes.legend(
+    owner, place = key_place(axes)
+    owner.legend(
         every.values(),
         every.keys(),
+        title=label("V", scene, "speed"),
+        title_fontsize=TEXT - 1,
         ncols=3,
         frameon=False,
         fontsize=TEXT - 1,
@@ -162,5 +167,5 @@ def _write_key(axes: Any, entries: dict[str, Any]) -> None:
         handlelength=1.8,
         handletextpad=0.4,
         columnspacing=0.8,
-        **below(axes),
+        **place,
     )
