@@ -73,6 +73,9 @@ class Evolution:
             fits = (tall - 2.0 * self.stems) / (ROOM * self.width) / scale
             nice = np.outer(10.0 ** np.arange(8), NICE).ravel()
             factor = float(nice[nice <= max(fits, 1.0)].max())
+            scale *= min(fits, 1.0)
+            for axes in self.panels:
+                axes.set_xlim(*(self.middle[0] + wide / scale * np.array([-0.5, 0.5])))
         half = tall / (2.0 * scale * factor)
         for axes, middle in zip(self.panels, self.middle[1:], strict=False):
             axes.set_ylim(middle - half, middle + half)
@@ -157,7 +160,7 @@ def _draw_vectors(
     directions = shown.frames[number, picked, vector][:, plane]
     stems = LENGTHS[vector] / 72.0 * directions
     lines = LineCollection(
-        np.stack([0.0 * stems, stems], axis=1),
+        list(np.stack([0.0 * stems, stems], axis=1)),
         offsets=shown.chains[number, picked][:, plane],
         offset_transform=axes.transData,
         colors=[shown.colours[number]],

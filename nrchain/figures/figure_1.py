@@ -22,8 +22,8 @@ from nrchain.figures.arrows import (
     draw_turn,
     force_glyph,
     turn_glyph,
-    write_arrow_key,
 )
+from nrchain.figures.keys import write_glyphs
 from nrchain.figures.sheet import FULL, Detail, Sheet, Width, new_sheet
 from nrchain.figures.squirmer import draw_bar, draw_magnitude, draw_streamlines
 from nrchain.motion.wrenches import active_wrenches
@@ -73,6 +73,13 @@ def draw(width: Width = "two", detail: Detail = FULL, title: bool = False) -> Sh
         _draw_panel(axes, moved, detail.points)
         write_letter(axes, letter)
     here, there = forces(False), forces(True)
+    size = np.linalg.norm(here[0], axis=1).max() / (6.0 * np.pi)
+    entries = [
+        ("axis", axis_glyph(polar=False)),
+        ("sense of the torque", turn_glyph()),
+        (rf"force, the longest ${size:.2g}\,\gamma_T V$", force_glyph()),
+    ]
+    write_glyphs(figure, entries, 3 if width == "two" else 2, loc="outside lower center")
     turn = rotation(TURN).T
     misfit = max(
         float(np.abs(one @ turn - other).max() / np.abs(one).max())
@@ -112,10 +119,3 @@ def _draw_panel(axes: Any, moved: bool, points: int) -> None:
         axis.label.set_style("italic")
         axis.set_ticks([-5, 0, 5])
     axes.grid(False)
-    size = largest / scene.drag.translation
-    entries = [
-        ("axis", axis_glyph(polar=False)),
-        ("torque, sense", turn_glyph()),
-        (rf"force, longest ${size:.2g}\,\gamma_T V$", force_glyph()),
-    ]
-    write_arrow_key(axes, entries)

@@ -88,7 +88,7 @@ def _draw_side(axes: Any, label: str, strength: float, across: int, narrow: bool
     every = slice(1, None, 2) if narrow else slice(None)
     longest = LONGEST * (1 + narrow)
     for place, force in zip(flat[every], found[every][:, [0, across]] / largest, strict=True):
-        if (part := np.linalg.norm(force)) > NEGLIGIBLE:
+        if (part := float(np.linalg.norm(force))) > NEGLIGIBLE:
             draw_arrow(axes, place, longest * force, FORCE, size=HEAD * (0.5 + 0.5 * part))
     margin = 1.1 * longest
     axes.set_xlim(positions[0, 0] - margin, positions[-1, 0] + margin)

@@ -64,6 +64,7 @@ class FilmPanels:
     def __init__(
         self, figure: Any, chains: np.ndarray, parts: list[MovingChain], note: str, side: float
     ) -> None:
+        self.unit = ""
         self.figure, self.chains, self.parts, self.note = figure, chains, parts, note
         self._side = side
         width, height = figure.get_size_inches()
@@ -88,6 +89,28 @@ class FilmPanels:
         ):
             self.figure.text(0.12 / width, 1 - down / height, text, va="center", **look)
 
+    def write_key(self) -> None:
+        """Write what the pale chain is, and the lines along e₂ if they are drawn."""
+        from matplotlib.lines import Line2D
+
+        looks = {"start": GHOST}
+        if self._side and any(part.sides is not None for part in self.parts):
+            looks["e₂"] = SIDE
+        width, height = self.figure.get_size_inches()
+        self.figure.legend(
+            [Line2D([], [], **LINE | {"color": colour}) for colour in looks.values()],
+            list(looks),
+            loc="center right",
+            bbox_to_anchor=(1 - 0.12 / width, 1 - 0.44 / height),
+            ncols=len(looks),
+            frameon=False,
+            fontsize=TEXT,
+            labelcolor=INK,
+            handlelength=1.2,
+            borderpad=0.0,
+            borderaxespad=0.0,
+        )
+
     def images(self, times: np.ndarray, frames: np.ndarray, width: int) -> Iterator[np.ndarray]:
         """One image (height, width, 3) of bytes for each time, with ``frames`` (F, N, 3, 3)."""
         settle(self.figure)
@@ -100,7 +123,7 @@ class FilmPanels:
             for part in self.parts:
                 part.move(chain, chain + self._side * axes[:, 1])
                 part.draw()
-            self._clock.set_text(f"t = {time:.4g}")
+            self._clock.set_text(f"t = {time:.4g} {self.unit}".rstrip())
             self.figure.draw_artist(self._clock)
             yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
@@ -146,7 +169,7 @@ def space_panels(chains: np.ndarray, side: float) -> FilmPanels:
     axes = add_axes(figure, (0.2, 0.0, 6.2, window.height + 2.1), projection="3d")
     inches = (length, window.height, window.height)
     label_axes(axes, window, (0, 1, 2), inches, (window.along, window.across, window.across))
-    axes.set_box_aspect(inches, zoom=1.25)
+    axes.set_box_aspect(inches, zoom=1.1)
     axes.view_init(elev=24, azim=-66)
     axes.xaxis.labelpad = 14
     marker = "o" if chains.shape[1] <= DISCERNIBLE else ""

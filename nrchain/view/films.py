@@ -23,6 +23,7 @@ from nrchain.view.film_panels import FilmPanels, planes_panels, space_panels
 from nrchain.view.film_times import chosen_snapshots, pick_frames
 from nrchain.view.plots import VIEWS
 from nrchain.view.shown import FRAME_LENGTH, Spacing
+from nrchain.view.units import time_name
 
 WIDTH, LEAST_WIDTH, MOST_WIDTH = 1000, 320, 8192
 
@@ -119,4 +120,6 @@ def _panels(trajectory: Trajectory, view: str, frames: bool, title: bool) -> Fil
         words.append(panels.note)
     if title:
         panels.write_title(letters(scene.title), "   ·   ".join(words))
+    panels.write_key()
+    panels.unit = time_name(scene)
     return panels

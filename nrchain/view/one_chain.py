@@ -25,10 +25,16 @@ CHAIN_WIDTH = 0.8
 """Of the line through the centres, in points."""
 
 VECTORS: tuple[dict[str, Any], ...] = (
-    {"linestyle": "-", "marker": ""},
-    {"linestyle": (0, (1.2, 1.0)), "marker": "o"},
+    {"linewidth": 2.2, "solid_capstyle": "butt"},
+    {"linewidth": 0.9, "solid_capstyle": "butt"},
 )
-"""The looks of e₁ and e₂."""
+"""The looks of e₁, which lies on the line of the chain, and of e₂."""
+
+HEADS: tuple[dict[str, Any], ...] = (
+    {},
+    {"marker": "o", "markersize": 2.2, "markeredgewidth": 0.6, "markerfacecolor": PAPER},
+)
+"""The looks of their heads."""
 
 INSIDE: dict[str, Any] = {"loc": "upper right"}
 ABOVE: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 0.97)}
@@ -104,7 +110,8 @@ def frame_key(axes: Any, place: Mapping[str, Any]) -> None:
     from matplotlib.lines import Line2D
 
     handles = [
-        Line2D([], [], **LINE | look | {"color": INK, "markersize": 2.5}) for look in VECTORS
+        Line2D([], [], **LINE | look | head | {"color": INK, "markeredgecolor": INK})
+        for look, head in zip(VECTORS, HEADS, strict=True)
     ]
     axes.legend(
         handles,
@@ -123,12 +130,11 @@ def _draw_vectors(
     """Draw vectors (m, 2) or (m, 3) as one line with gaps, with a mark at their heads."""
     gap = np.full_like(begin, np.nan)
     points = np.stack([begin, begin + arrow, gap], axis=1).reshape(-1, begin.shape[1])
-    look = LINE | VECTORS[vector] | {"color": colour, "linewidth": 1.0, "zorder": 3}
-    axes.plot(*points.T, **look | {"marker": ""})
-    if look["marker"]:
-        heads = {"linestyle": "", "markersize": 2.2, "markeredgewidth": 0.6}
-        heads |= {"markerfacecolor": PAPER, "markeredgecolor": colour}
-        axes.plot(*(begin + arrow).T, **look | heads)
+    look = LINE | VECTORS[vector] | {"color": colour, "zorder": 3}
+    axes.plot(*points.T, **look)
+    if head := HEADS[vector]:
+        ends = {"linestyle": "", "markeredgecolor": colour}
+        axes.plot(*(begin + arrow).T, **look | head | ends)
 
 
 def _discs(axes: Any, chain: np.ndarray) -> np.ndarray:

@@ -51,7 +51,7 @@ def draw_chain(
         ``"auto"``: to scale, as far as they are seen; ``"scale"``: to scale for any number of
         spheres; ``"dots"``: dots of one size.
     frames
-        Draw e₁ (solid) and e₂ (dotted, with a circle) of up to 12 spheres: spinning is seen.
+        Draw e₁ (thick) and e₂ (thin, with a circle) of up to 12 spheres: spinning is seen.
 
     Raises :class:`~nrchain.errors.SceneError` for an option that is not allowed, and
     :class:`~nrchain.errors.TrajectoryError` for a trajectory without snapshots.

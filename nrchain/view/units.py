@@ -50,6 +50,15 @@ def words(text: str, scene: Scene, kind: Kind) -> str:
     return f"{text}  [${UNITS[kind]}$]" if has_unit(scene, kind) else text
 
 
+def time_name(scene: Scene) -> str:
+    """The unit of the paper for times, if the scene has it; empty without.
+
+    >>> time_name(nrchain.load_scene("buckling"))
+    'γ_T d²/μ'
+    """
+    return "γ_T d²/μ" if has_unit(scene, "time") else ""
+
+
 def time_unit(scene: Scene) -> str:
     """In words: the unit of t if it is that of the paper, or else what γ_T d²/μ is.
 

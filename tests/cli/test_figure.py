@@ -6,6 +6,7 @@ import pytest
 from support.command_line import assert_refused, call
 
 from nrchain.cli.exits import REFUSED
+from nrchain.cli.figure import chosen_figures
 from nrchain.figures.catalogue import NUMBERS
 
 
@@ -36,12 +37,43 @@ def test_what_exists_is_replaced_only_on_request_and_before_time_is_spent(tmp_pa
 
 
 @pytest.mark.parametrize(
-    "words", [("2",), ("3", "--width", "three"), ("3", "--format", "gif"), ("four",)]
+    "words",
+    [
+        ("2",),
+        ("3", "--width", "three"),
+        ("3", "--format", "gif"),
+        ("four",),
+        ("1,2",),
+        ("5-3",),
+        ("1-all",),
+        ("3,",),
+    ],
 )
 def test_other_figures_and_formats_are_refused(tmp_path, words):
     answer = call("figure", *words, "-o", tmp_path)
     assert answer.exit_code == REFUSED
+    assert "Value error" not in answer.stderr
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("given", "found"),
+    [
+        (["1,4"], ["1", "4"]),
+        (["1", "4"], ["1", "4"]),
+        (["1,3-5"], ["1", "3", "4", "5"]),
+        (["1,3,4...7"], ["1", "3", "4", "5", "6", "7"]),
+        (["7", "4…7", "4"], ["4", "5", "6", "7"]),
+        (["4", "all"], list(NUMBERS)),
+    ],
+)
+def test_lists_and_ranges_name_figures(given, found):
+    assert chosen_figures(given) == found
+
+
+def test_each_figure_of_a_list_is_refused_where_its_file_exists(tmp_path):
+    (tmp_path / "figure-4.pdf").write_bytes(b"mine")
+    assert_refused(call("figure", "3,4", "-o", tmp_path), tmp_path / "figure-4.pdf", "--overwrite")
 
 
 @pytest.mark.slow

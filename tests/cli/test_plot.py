@@ -80,6 +80,8 @@ def test_the_flow_is_drawn_in_a_plane_at_a_time(tmp_path, stub):
     assert drawn.exit_code == 0, drawn.stderr
     assert drawn.stdout.strip() == str(tmp_path / "flow.png")
     before = (tmp_path / "flow.png").read_bytes()
+    assert_refused(call("plot", tmp_path, "--flow", "-o", tmp_path / "flow.png"), "--overwrite")
+    assert (tmp_path / "flow.png").read_bytes() == before
     options = ("--plane", "yz", "--at", "3", "--time", "0", "--part", "slip", "--no-title")
     assert call("plot", tmp_path, "--flow", *options).exit_code == 0
     assert (tmp_path / "flow.png").read_bytes() != before

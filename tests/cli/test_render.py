@@ -63,6 +63,13 @@ def test_render_refuses_what_it_cannot_draw(run, options, parts, monkeypatch):
     assert not (run / "space.png").exists()
 
 
+def test_render_does_not_replace_a_named_picture(run, tmp_path):
+    mine = tmp_path / "mine.png"
+    mine.write_bytes(b"dear")
+    assert_refused(call("render", run, "-o", mine), mine, "--overwrite")
+    assert mine.read_bytes() == b"dear"
+
+
 def test_render_says_which_packages_are_missing(run, monkeypatch):
     monkeypatch.setattr(opengl, "_egl_works", lambda: False)
     monkeypatch.setattr(opengl, "_loads", lambda library: False)

@@ -12,7 +12,7 @@ from matplotlib.text import Text
 from support.grey_figures import COARSE, TOLERANCE, difference, grey, stored
 
 from nrchain.errors import SceneError
-from nrchain.figures import figure_1, figure_3, figure_4, figure_7, response, squirmer
+from nrchain.figures import evolution, figure_1, figure_3, figure_4, figure_7, response, squirmer
 from nrchain.figures.catalogue import NUMBERS, draw_figure
 from nrchain.view.style import LEAST_CONTRAST, WIDTHS, contrast
 
@@ -65,6 +65,72 @@ def test_waves_have_a_key_of_each_kind_of_line(number):
     assert len(words) == 2 + 3
     looks = {line.get_linestyle() for line in axes.lines}
     assert len(looks) == 3
+
+
+def evolutions(number):
+    """The panels (d) and (e) of a figure: axes with chains at four times."""
+    return [one for one in sheet(number).figure.axes[4:] if len(one.lines) == 4]
+
+
+@pytest.mark.parametrize("number", ["4", "5", "6"])
+def test_times_differ_in_marks_and_chains_fill_their_panels(number):
+    panels = evolutions(number)
+    assert len(panels) == {"6": 1}.get(number, 4)
+    for axes in panels:
+        assert len({line.get_marker() for line in axes.lines}) == 4
+        x = np.concatenate([line.get_xdata() for line in axes.lines])
+        left, right = axes.get_xlim()
+        assert left < x.min()
+        assert x.max() < right
+        assert np.ptp(x) > 0.9 * (right - left)
+    # y and z have one scale: the larger of both extents fills a third of the height or more
+    parts = [np.concatenate([one.get_ydata() for one in axes.lines]) for axes in panels[:2]]
+    extents = [np.ptp(y) / np.ptp(axes.get_ylim()) for y, axes in zip(parts, panels, strict=False)]
+    assert 0.3 < max(extents) < 0.9
+
+
+@pytest.mark.parametrize("number", ["4", "5"])
+def test_a_panel_says_how_far_it_is_stretched(number):
+    figure = sheet(number).figure
+    figure.canvas.draw()
+    for axes in evolutions(number)[::2]:
+        wide, tall = axes.get_window_extent().size
+        scales = wide / np.ptp(axes.get_xlim()), tall / np.ptp(axes.get_ylim())
+        words = axes.get_title(loc="right")
+        stated = float(words.split()[-2]) if words else 1.0
+        assert scales[1] / scales[0] == pytest.approx(stated, rel=0.03)
+
+
+def test_frames_are_in_the_panels_and_in_the_key():
+    panels = evolutions("7")[:2]
+    for vector, size in enumerate(evolution.LENGTHS):
+        parts = []
+        for axes in panels:
+            width = evolution.THICKNESSES[vector]
+            drawn = [one for one in axes.collections if one.get_linewidths()[0] == width]
+            assert len(drawn) == 4
+            parts.append(
+                np.concatenate([72.0 * np.array(one.get_segments())[:, 1] for one in drawn])
+            )
+        # both views together show the whole vector: x, y and x, z
+        (x, y), (_, z) = (part.T for part in parts)
+        assert np.sqrt(x**2 + y**2 + z**2) == pytest.approx(np.full(len(x), size))
+    axes = panels[1]
+    words = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert words[-2:] == ["$e_1$", "$e_2$"]
+
+
+def test_one_column_has_panels_that_are_read():
+    figure = draw_figure("4", width="one", detail=COARSE).figure
+    wide, high = figure.get_size_inches()
+    assert (wide, high <= 9.3) == (WIDTHS["one"], True)
+    for axes in figure.axes:
+        box = axes.get_window_extent()
+        if axes.get_xlabel():
+            assert box.height / figure.dpi > 0.4
+            assert box.width / figure.dpi > 1.0
+    chain = figure.axes[1]
+    assert chain.get_xlim()[1] - chain.get_xlim()[0] < 160.0
 
 
 def test_settings_of_matplotlib_neither_change_nor_count():

@@ -9,6 +9,7 @@ from support.pictures import assert_looks_like
 import nrchain
 from nrchain.errors import NrchainError, SceneError, TrajectoryError
 from nrchain.view.film_files import write_png
+from nrchain.view.film_panels import planes_panels
 
 
 @pytest.mark.parametrize("view", ["planes", "3d"])
@@ -29,6 +30,16 @@ def test_a_film_has_the_frames_asked_for(tmp_path, view):
     assert seen == [(n, 5) for n in range(1, 6)]
     write_png(tmp_path / "last.png", frames[-1])
     assert_looks_like(tmp_path / "last.png", f"film-{view}")
+
+
+@pytest.mark.parametrize(("width", "words"), [(1.0, ["start", "e₂"]), (1e-3, ["start"])])
+def test_the_key_names_what_is_drawn(width, words):
+    """Lines along e₂ are drawn where the chain is not stretched."""
+    chain = growing().positions * np.array([1.0, width, 1.0])
+    panels = planes_panels(chain, 4.0)
+    panels.write_key()
+    (key,) = panels.figure.legends
+    assert [text.get_text() for text in key.get_texts()] == words
 
 
 def test_an_mp4_is_as_wide_as_asked_for(tmp_path):

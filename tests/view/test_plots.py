@@ -284,15 +284,21 @@ def test_frames_are_drawn_where_they_point(plane):
     trajectory = Trajectory(trajectory.time, trajectory.positions, turned, trajectory.scene)
     axes = draw_chain(trajectory, plane=plane, times=1, frames=True)
     _, e1, e2, heads = axes.lines
-    solid, dotted = (np.array(line.get_data_3d() if plane == "3d" else line.get_data()).T
+    thick, thin = (np.array(line.get_data_3d() if plane == "3d" else line.get_data()).T
                      for line in (e1, e2))  # fmt: skip
-    for points, direction in ((solid, 1), (dotted, 2)):
+    for points, direction in ((thick, 1), (thin, 2)):
         begin, end = points[0::3], points[1::3]
         assert np.allclose(end - begin, 4.0 * np.eye(3)[direction][: points.shape[1]])
         assert len(begin) == 10
-    assert e2.is_dashed()
-    assert heads.get_marker() == "o"
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["e₁", "e₂"]
+    assert e1.get_linewidth() > 2.0 * axes.lines[0].get_linewidth()
+    key = axes.get_legend()
+    assert [text.get_text() for text in key.get_texts()] == ["e₁", "e₂"]
+    # the key shows what is drawn
+    for shown, drawn in zip(key.get_lines(), (e1, e2), strict=True):
+        assert shown.get_linewidth() == drawn.get_linewidth()
+    shown = key.get_lines()[1]
+    for name in ("marker", "markersize", "markerfacecolor", "markeredgewidth"):
+        assert getattr(shown, f"get_{name}")() == getattr(heads, f"get_{name}")()
 
 
 def test_spheres_are_to_scale_on_demand(tmp_path, figures):

@@ -12,6 +12,10 @@ FINEST = 30_000
 """Most points of all spheres together; more spheres have fewer points each."""
 
 
+HEAD = 3.2
+"""Radius of the head of an arrow over that of its shaft."""
+
+
 @dataclass(frozen=True)
 class Template:
     """One shape in body components: ``points`` and ``normals`` (P, 3), ``faces`` (M, 3)."""
@@ -58,7 +62,7 @@ def dot(pyvista: Any, radius: float) -> Template:
 
 def arrow(pyvista: Any, axis: int, length: float, thickness: float) -> Template:
     """An arrow from the origin along body axis ``axis``."""
-    head = 3.2 * thickness / length
+    head = HEAD * thickness / length
     mesh = pyvista.Arrow(
         direction=np.eye(3)[axis],
         tip_length=2.2 * head,

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+import matplotlib
 import numpy as np
 
 from nrchain.scene.derived import modes_text
@@ -12,12 +14,17 @@ from nrchain.trajectory.trajectory import Trajectory
 from nrchain.view.shown import FRAME_LENGTH
 from nrchain.view.space.camera import ANGLE, Camera, View, Window, fit
 from nrchain.view.space.colouring import Colouring
-from nrchain.view.space.shapes import Template, Tube, arrow, dot, sphere
+from nrchain.view.space.shapes import HEAD, Template, Tube, arrow, dot, sphere
 from nrchain.view.space.tracers import Tracers
+from nrchain.view.units import time_name
 
 LIGHT, DARK, NEUTRAL, INK = "#d4e6f4", "#2a6499", "#b9bec4", "#262626"
 ARROWS = ("#111111", "#d55e00")
 """Colours of e₁ and e₂."""
+RIM = 0.25
+"""By which the heads of e₁ stand out of the centreline, in radii of the spheres."""
+TUBES = 0.3, 0.55
+"""Radii of the centreline, in radii of the spheres: plain, and with the colours of links."""
 TRACER, TRAIL = "#4d4d4d", "#9a9a9a"
 """Colours of tracers and of the paths behind them."""
 TRACER_RADIUS = 0.22
@@ -75,7 +82,8 @@ class Stage:
         self._pyvista, self._look, self._colouring = pyvista, look, colouring
         self._time, self._frames, self._positions = trajectory.time, trajectory.frames, positions
         chain = trajectory.scene.chain
-        self._radius = chain.radius
+        self._font = str(Path(matplotlib.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf"))
+        self._radius, self._unit = chain.radius, time_name(trajectory.scene)
         # a theme of its own: that of the process is not read
         self.plotter = pyvista.Plotter(
             off_screen=off_screen,
@@ -87,11 +95,14 @@ class Stage:
         self._placed: list[tuple[Any, Template]] = []
         self._draw_spheres(chain.particles)
         length = max(2.0, FRAME_LENGTH * chain.spacing / chain.radius)
+        tube = TUBES[colouring is not None and colouring.of == "links"]
+        thickness = ((tube + RIM) / HEAD, 0.035 * length)
         if look.frames:
             for axis, colour in enumerate(ARROWS):
-                template = arrow(pyvista, axis, length, 0.035 * length)
+                # e₁ lies in the tube
+                template = arrow(pyvista, axis, length, thickness[axis])
                 self._add(self._copies(template), color=colour)
-        self._tube = Tube(chain.particles) if look.tube and chain.particles > 1 else None
+        self._tube = Tube(chain.particles, tube) if look.tube and chain.particles > 1 else None
         if self._tube is not None:
             self._draw_tube(self._tube)
         self._paths = None if tracers is None else tracers.paths / chain.radius
@@ -131,7 +142,7 @@ class Stage:
                 self._spheres.point_data["values"] = np.repeat(values, self._each)
             if self._tube is not None:
                 self._tube_mesh.point_data["values"] = self._tube.spread(values)
-        self._clock.input = f"t = {self._time[index]:.4g}"
+        self._clock.input = f"t = {self._time[index]:.4g} {self._unit}".rstrip()
 
     def image(self) -> np.ndarray:
         """What the camera sees: bytes (height, width, 3)."""
@@ -199,8 +210,6 @@ class Stage:
             self._add(mesh, color=NEUTRAL)
 
     def _draw_tube(self, tube: Tube) -> None:
-        of_links = self._colouring is not None and self._colouring.of == "links"
-        tube.radius = 0.55 if of_links else 0.3
         self._tube_mesh = mesh = self._mesh(tube.place(self._positions[-1]), tube.faces)
         if self._colouring is None:
             self._add(mesh, color=NEUTRAL)
@@ -278,6 +287,8 @@ class Stage:
             name=str(place),
             render=False,
         )
+        # the letters of VTK have no Greek
+        added.prop.set_font_file(self._font)
         added.prop.font_size = max(7, round(size))
         return added
 
