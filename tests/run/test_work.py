@@ -229,7 +229,7 @@ def test_plan_cost_and_run_report_the_same_number(tmp_path):
         kept = cost_of(nrchain.Trajectory.open(tmp_path / "run.h5"))
         planned = plan_effects(SCENE)
         measured = work_precision(SCENE, budget=3.0)
-        printed = CliRunner().invoke(app, ["run", str(path), "-o", str(tmp_path / "out")])
+        printed = CliRunner().invoke(app, ["run", str(path), "-v", "-o", str(tmp_path / "out")])
     costs = [run, file, kept, planned.cost, measured.own]
     assert {one.seconds for one in costs} == {expected}
     assert {one.work for one in costs} == {run.work}
@@ -237,7 +237,8 @@ def test_plan_cost_and_run_report_the_same_number(tmp_path):
     assert f"the run: {words}" in planned.notes()
     assert f"the unchanged scene: {words}" in measured.notes()
     assert printed.exit_code == 0, printed.stderr
-    shown = printed.stderr + printed.stdout
+    # long lines are wrapped
+    shown = " ".join((printed.stderr + printed.stdout).split())
     assert f"{expected:.0f} s" in shown
     assert all(
         work.DEFINITION in text
