@@ -25,7 +25,7 @@ from nrchain.figures.arrows import (
 )
 from nrchain.figures.keys import write_glyphs
 from nrchain.figures.sheet import FULL, Detail, Sheet, Width, new_sheet
-from nrchain.figures.squirmer import draw_bar, draw_magnitude, draw_streamlines
+from nrchain.figures.squirmer import SIDE, draw_bar, draw_magnitude, draw_streamlines, show_plane
 from nrchain.motion.wrenches import active_wrenches
 from nrchain.scene.loading import load_scene
 from nrchain.trajectory.trajectory import Trajectory
@@ -40,8 +40,8 @@ ANGLES = np.radians([20.0, 100.0])
 TURN, SHIFT = np.radians(65.0), np.array([0.8, -0.6, 0.0])
 """The rigid motion: a rotation about z and a translation."""
 
-SIDE, LONGEST = 6.0, 2.2
-"""Half of the side of a panel, and length of the longest arrow, in a."""
+LONGEST = 2.2
+"""Length of the longest arrow, in a."""
 
 
 def rotation(angle: float) -> np.ndarray:
@@ -113,9 +113,4 @@ def _draw_panel(axes: Any, moved: bool, points: int) -> None:
         surface = place[:2] + push[:2] / np.linalg.norm(push)
         draw_arrow(axes, surface, LONGEST * push[:2] / largest, FORCE)
         draw_turn(axes, place[:2], np.sign(turn[2]), TORQUE)
-    axes.set(xlim=(-SIDE, SIDE), ylim=(-SIDE, SIDE), xlabel="x/a", ylabel="y/a")
-    axes.set_aspect("equal")
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.label.set_style("italic")
-        axis.set_ticks([-5, 0, 5])
-    axes.grid(False)
+    show_plane(axes)

@@ -88,6 +88,16 @@ def misfit_of_pystokes(label: str) -> float:
     return float(np.abs(here - there).max() / np.abs(here).max())
 
 
+def show_plane(axes: Any) -> None:
+    """Show the plane to :data:`SIDE` on each side, at equal scales."""
+    axes.set(xlim=(-SIDE, SIDE), ylim=(-SIDE, SIDE), xlabel="x/a", ylabel="y/a")
+    axes.set_aspect("equal")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.label.set_style("italic")
+        axis.set_ticks([-5, 0, 5])
+    axes.grid(False)
+
+
 def draw_squirmer(axes: Any, label: str, points: int, columns: int = 3) -> Any:
     """Draw the flow about a squirmer of a mode, with ``points`` points along a side.
 
@@ -105,12 +115,7 @@ def draw_squirmer(axes: Any, label: str, points: int, columns: int = 3) -> Any:
     _draw_tracers(axes, label)
     draw_sphere(axes, np.zeros(2), INK)
     draw_axis(axes, np.zeros(2), np.array([1.0, 0.0]), polar=label in POLAR)
-    axes.set(xlim=(-SIDE, SIDE), ylim=(-SIDE, SIDE), xlabel="x/a", ylabel="y/a")
-    axes.set_aspect("equal")
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.label.set_style("italic")
-        axis.set_ticks([-5, 0, 5])
-    axes.grid(False)
+    show_plane(axes)
     kinds = [("axis", axis_glyph(polar=label in POLAR))]
     kinds.append(("force", normal_force_glyph() if label in CHIRAL else force_glyph()))
     if label != "3t":
