@@ -35,6 +35,10 @@ EVERYTHING = {
     "start.amplitude": 0.8,
 }
 
+LEVI_CIVITA = np.zeros((3, 3, 3))
+LEVI_CIVITA[[0, 1, 2], [1, 2, 0], [2, 0, 1]] = 1.0
+LEVI_CIVITA[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = -1.0
+
 
 def scene(**changes):
     return nrchain.load_scene("passive", **{**EVERYTHING, **changes})
@@ -59,6 +63,25 @@ def test_the_fluid_at_a_sphere_moves_as_the_sphere_does_on_average(ends):
     size = np.abs(twists).max()
     for sphere in range(given.chain.particles):
         assert np.abs(surface_motion(given, sphere) - twists[sphere]).max() <= 1e-9 * size
+
+
+@pytest.mark.parametrize("ends", ["free", "periodic"])
+@pytest.mark.parametrize("part", ["slip", "torques", "background", None])
+def test_vorticity_is_the_curl_of_the_velocity(ends, part):
+    """Against central differences, near spheres, beyond the last one and over the seam."""
+    given = scene(**{"chain.ends": ends, "field": {"body_torque": [4.0, 5.0, -2.0]}})
+    positions, step = initial_poses(given)[0], 1e-3
+    points = positions + np.array([[3.0, 2.0, -1.5]]) * np.array(
+        [[1.0], [-1.0], [2.0], [1.0], [3.0]]
+    )
+    shifts = step * np.concatenate([np.eye(3), -np.eye(3)])
+    chosen = None if part is None else [part]
+    u = nrchain.flow(given, points[:, None] + shifts, parts=chosen).velocity
+    gradient = (u[:, :3] - u[:, 3:]) / (2.0 * step)  # [point, j, i]: of u_i along j
+    curl = np.einsum("kji,pji->pk", LEVI_CIVITA, gradient)
+    found = nrchain.flow(given, points, parts=chosen).vorticity
+    assert np.abs(found).max() > 0.0
+    assert np.abs(found - curl).max() <= 1e-5 * np.abs(gradient).max()
 
 
 def test_parts_add_up():
