@@ -22,10 +22,11 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import carray, types
+from numba import types
 from numba.extending import intrinsic
+from numba.np.arrayobj import populate_array
 
-from nrchain._compile import entry, inlined, rename
+from nrchain._compile import entry, rename
 
 SIGNATURE = types.int32(*5 * (types.intp,))
 _CALLBACK = ctypes.CFUNCTYPE(ctypes.c_int32, *5 * (ctypes.c_ssize_t,))
@@ -66,10 +67,16 @@ floats_at: Any = _pointer(types.float64, ir.DoubleType())
 integers_at: Any = _pointer(types.int64, ir.IntType(64))
 """A pointer to integers at an address, for :func:`numba.carray` in kernels."""
 
-complex_at: Any = _pointer(
-    types.complex128, ir.LiteralStructType([ir.DoubleType(), ir.DoubleType()])
-)
+_PAIR = ir.LiteralStructType([ir.DoubleType(), ir.DoubleType()])
+
+complex_at: Any = _pointer(types.complex128, _PAIR)
 """A pointer to complex numbers at an address, for :func:`numba.carray` in kernels."""
+
+_ELEMENTS = {
+    floats_at: (types.float64, ir.DoubleType()),
+    integers_at: (types.int64, ir.IntType(64)),
+    complex_at: (types.complex128, _PAIR),
+}
 
 ROW = 5
 """Integers in a table for each array: its address and the lengths of up to four axes."""
@@ -86,28 +93,52 @@ def table_of(arrays: Sequence[np.ndarray]) -> np.ndarray:
     return np.array(rows, np.int64).reshape(-1, ROW)
 
 
-@inlined
-def vector_in(table, k, pointer):
-    """Array k of a table, with one axis; ``pointer`` is :data:`floats_at` or another."""
-    return carray(pointer(table[k, 0]), table[k, 1])
+def _view(axes: int) -> Any:
+    """The function of ``vector_in`` and others, for ``intrinsic``.
+
+    Their instructions are written out here: as a function of tables and tuples they would be typed
+    and compiled anew wherever a kernel uses an array.
+    """
+
+    def define(typing: Any, table: Any, k: Any, pointer: Any) -> Any:
+        element, llvm = _ELEMENTS[pointer.typing_key]
+        kind = types.Array(element, axes, "C")
+
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            rows = context.make_array(table)(context, builder, arguments[0])
+            row = builder.mul(arguments[1], ir.Constant(arguments[1].type, ROW))
+            address, *shape = (
+                builder.load(builder.gep(rows.data, [builder.add(row, ir.Constant(row.type, m))]))
+                for m in range(axes + 1)
+            )
+            size = ir.Constant(row.type, context.get_abi_sizeof(llvm))
+            strides = [size]
+            for length in reversed(shape[1:]):
+                strides.insert(0, builder.mul(strides[0], length))
+            array = context.make_array(kind)(context, builder)
+            data = builder.inttoptr(address, array.data.type)
+            populate_array(array, data, shape, strides, size, meminfo=None)
+            return array._getvalue()
+
+        return kind(table, types.intp, pointer), generate
+
+    return intrinsic(define)
 
 
-@inlined
-def matrix_in(table, k, pointer):
-    """Array k of a table, with two axes."""
-    return carray(pointer(table[k, 0]), (table[k, 1], table[k, 2]))
+vector_in: Any = _view(1)
+"""``vector_in(table, k, pointer)``: array k of a table, with one axis.
 
+``pointer`` is :data:`floats_at` or another.
+"""
 
-@inlined
-def cube_in(table, k, pointer):
-    """Array k of a table, with three axes."""
-    return carray(pointer(table[k, 0]), (table[k, 1], table[k, 2], table[k, 3]))
+matrix_in: Any = _view(2)
+"""Array k of a table, with two axes."""
 
+cube_in: Any = _view(3)
+"""Array k of a table, with three axes."""
 
-@inlined
-def blocks_in(table, k, pointer):
-    """Array k of a table, with four axes."""
-    return carray(pointer(table[k, 0]), (table[k, 1], table[k, 2], table[k, 3], table[k, 4]))
+blocks_in: Any = _view(4)
+"""Array k of a table, with four axes."""
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,8 @@ from typing import Any
 
 import numba
 
+from nrchain._linking import KernelCompiler, PartCompiler
+
 ARITHMETIC = frozenset({"contract", "reassoc", "nsz", "arcp"})
 """What the compiler may rearrange. ``nnan`` and ``ninf`` are absent: a NaN stays a NaN."""
 
@@ -46,6 +48,7 @@ def kernel(
 def part(function: Callable[..., Any]) -> Any:
     """A kernel that only kernels call: without the code that takes arguments from Python."""
     options: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, **_OPTIONS}
+    options["pipeline_class"] = PartCompiler
     return numba.njit(**options)(rename(function, sources()))
 
 
@@ -64,6 +67,7 @@ _OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": set(ARITHMETIC)}
 
 def _cached(function: Callable[..., Any], decorator: Callable[..., Any], **options: Any) -> Any:
     named, options = rename(function, sources()), {**_OPTIONS, **options}
+    options["pipeline_class"] = KernelCompiler
     try:
         return decorator(cache=True, **options)(named)
     except RuntimeError:

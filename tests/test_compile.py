@@ -7,9 +7,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from numba.core.compiler import Flags
 
 import nrchain
 import nrchain._compile as compiled
+from nrchain._linking import KernelFlags
 
 CALLER = (
     "from p._compile import kernel\nfrom p.called import g\n\n@kernel\ndef f(x):\n    return g(x)\n"
@@ -165,3 +167,39 @@ def test_every_command_runs_there_and_says_so_in_one_line(nowhere):
     (line,) = done.stderr.splitlines()
     assert line.startswith("nrchain: warning: ")
     assert "NUMBA_CACHE_DIR" in line
+
+
+@compiled.part
+def _doubled(x):
+    return 2.0 * x
+
+
+@compiled.part
+def _doubled_and_one(x):
+    return _doubled(x) + 1.0
+
+
+def test_a_part_has_no_machine_code_and_is_linked_into_kernels():
+    """Parts may call parts, and a second kernel finds the same instructions again."""
+
+    @compiled.kernel
+    def same(x):
+        return _doubled_and_one(x)
+
+    @compiled.kernel
+    def added(x):
+        return _doubled_and_one(x) + _doubled(x)
+
+    assert (same(3.0), added(3.0)) == (7.0, 13.0)
+    for function in (_doubled, _doubled_and_one):
+        (result,) = function.overloads.values()
+        assert result.library.get_pointer_to_function(result.fndesc.llvm_func_name) == 0
+
+
+def test_options_of_kernels_compare_as_those_of_numba():
+    given = Flags()
+    given.nrt = True
+    for other in (Flags(), given.copy()):
+        ours = KernelFlags(other)
+        assert (ours == KernelFlags(given)) is (ours == given) is (other == given)
+        assert hash(ours) == hash(other)

@@ -31,7 +31,7 @@ from nrchain.errors import SceneError
 from nrchain.hydrodynamics.friction import PairFriction
 from nrchain.motion.model import Model
 from nrchain.notebook import record_html
-from nrchain.potential.chain import REACH
+from nrchain.potential.chain import REACH, terms_of
 from nrchain.scene.loading import load_scene, require_scene
 from nrchain.scene.scene import Scene
 from nrchain.wording import brief
@@ -177,7 +177,10 @@ def _compliances(scene: Scene) -> tuple[Extension, Extension]:
 
 def _extension_between_clamps(scene: Scene) -> Extension:
     """Loads (L,) ↦ λ∥ Σ extensions: links over four spheres and over two differ in stiffness."""
-    unit = elasticity_of(scene, (1.0, 0.0, 0.0, 0.0), ("stretch",))
+    # the kernel of the chain, if it has the term
+    terms = terms_of(scene.moduli)
+    own = terms if "stretch" in terms else ("stretch",)
+    unit = elasticity_of(scene, (1.0, 0.0, 0.0, 0.0), own)
     blocks = np.zeros((scene.chain.particles, 2 * REACH + 1, 6, 6))
     unit.add_jacobian(*straight_poses(scene), blocks)
     # with the first sphere held, the shift of the last is the sum of all extensions
