@@ -247,12 +247,13 @@ class _Driver:
         """All branches, up to a number."""
         found: list[StateBranch] = []
         for begin in self._begins(starts, found):
-            if len(found) == most or self._interruption.name:
-                break
             before = known[len(found)] if len(found) < len(known) else None
             if before is None or not before.reason:
                 before = self._follow(begin, len(found), before)
             found.append(before)
+            # what leaves further special points takes long to find, and is not looked for
+            if len(found) == most or self._interruption.name:
+                break
         return BranchDiagram(self.curve.line, tuple(found))
 
     def _begins(self, starts: list[_Begin], found: list[StateBranch]) -> Iterator[_Begin]:
