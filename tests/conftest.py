@@ -2,6 +2,7 @@
 
 import os
 import signal
+from pathlib import Path
 
 # Tests run side by side, one on each core. Threads that wait for each other in a loop would take
 # the cores of other tests: a second of eigenvalues, or of PyStokes, then takes up to a minute.
@@ -21,6 +22,35 @@ settings.load_profile("nrchain")
 # A shell starts what it runs in the background with SIGINT ignored, and children inherit that.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+WITHOUT_RUNS = Path(__file__).parent / "hydrodynamics"
+"""Tests that compile no integrator, and last about as long as its compilation."""
+
+
+def pytest_collection_modifyitems(config, items):
+    """One worker compiles the kernels of a run, and the others find them on disk.
+
+    Workers begin with equal parts of all tests. All parts but the first begin with tests without
+    runs.
+    """
+    workers = getattr(config, "workerinput", {"workercount": 1})["workercount"]
+    if workers == 1:
+        return
+    without = [item for item in items if WITHOUT_RUNS in item.path.parents]
+    others = [item for item in items if WITHOUT_RUNS not in item.path.parents]
+    ordered = []
+    for worker in range(workers):
+        begin = without[_part(without, worker - 1, workers - 1)] if worker else []
+        more = max(0, len(items) // workers - len(begin))
+        ordered += begin + others[:more]
+        del others[:more]
+    items[:] = ordered + others
+
+
+def _part(items, index, count):
+    """One of ``count`` equal parts of a list."""
+    return slice(len(items) * index // count, len(items) * (index + 1) // count)
 
 
 @pytest.fixture(autouse=True)
