@@ -10,21 +10,15 @@ SIX = ("--set", "chain.particles=6", "--set", "elasticity.ratio=1e8")
 
 def test_branches_are_followed_written_and_drawn(tmp_path):
     folder = tmp_path / "found"
-    result = call(
-        *("branch", "buckling", "--along", "slip.2s=700:900", *SIX, "--branches", "2"),
-        *("-o", folder),
-    )
+    words = ("branch", "buckling", "--along", "slip.2s=700:900", *SIX, "--branches", "2")
+    result = call(*words, "-o", folder)
     assert result.exit_code == 0
     found = nrchain.BranchDiagram.open(folder)
     special = found.special[0]
     for part in ("pitchfork", f"{special.value:.9g}", f"{len(found.branches[0])}"):
         assert part in result.stdout
     assert (folder / "branches.png").stat().st_size > 10_000
-    again = call(
-        *("branch", "buckling", "--along", "slip.2s=700:900", *SIX, "--branches", "2"),
-        *("-o", folder),
-    )
-    assert again.stdout == result.stdout
+    assert call(*words, "-o", folder).stdout == result.stdout
 
 
 def test_branches_begin_at_the_end_of_a_run(tmp_path):

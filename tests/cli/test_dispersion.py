@@ -9,6 +9,9 @@ from support.command_line import assert_refused, call
 import nrchain
 from nrchain.theory.lattice import Branch
 
+FEW = ("--set", "chain.particles=6")
+"""So few spheres that the modes of the chain are left out of the picture."""
+
 
 @pytest.fixture(autouse=True)
 def _in_a_folder(tmp_path, monkeypatch):
@@ -39,11 +42,12 @@ def test_the_table_has_every_theory_at_the_fastest_wavenumber(tmp_path):
 
 
 def test_the_picture_lies_beside_the_runs(tmp_path):
-    result = call("dispersion", "wave")
-    assert result.exit_code == 0, result.stderr
     picture = tmp_path / "runs" / "wave-dispersion.png"
+    picture.parent.mkdir()
+    picture.write_bytes(b"of a command before")
+    result = call("dispersion", "wave", *FEW)
+    assert result.exit_code == 0, result.stderr
     assert picture.read_bytes().startswith(b"\x89PNG")
-    assert call("dispersion", "wave").exit_code == 0
 
 
 def test_a_named_picture_is_replaced_only_on_request(tmp_path):
@@ -51,7 +55,7 @@ def test_a_named_picture_is_replaced_only_on_request(tmp_path):
     mine.write_bytes(b"dear")
     assert_refused(call("dispersion", "wave", "-o", mine), mine, "--overwrite")
     assert mine.read_bytes() == b"dear"
-    assert call("dispersion", "wave", "-o", mine, "--overwrite").exit_code == 0
+    assert call("dispersion", "wave", *FEW, "-o", mine, "--overwrite").exit_code == 0
     assert mine.read_bytes() != b"dear"
     assert_refused(call("dispersion", "wave", "-o", "a.doc"), ".png, .pdf, .svg")
 
@@ -61,7 +65,7 @@ def test_a_named_picture_is_replaced_only_on_request(tmp_path):
     [("slip.neighbours=all", "slip.neighbours"), ("friction.kind=pairwise", "friction.neighbours")],
 )
 def test_the_lattice_alone_is_drawn_where_moduli_diverge(change, key):
-    result = call("dispersion", "buckling", "--set", change)
+    result = call("dispersion", "buckling", *FEW, "--set", change)
     assert result.exit_code == 0
     assert f"note: {key} = 'all' has no rod" in result.stderr
     assert "the lattice is drawn alone" in result.stderr
@@ -78,7 +82,7 @@ def test_scenes_without_uniform_states_are_refused():
 
 def test_anisotropic_chains_that_spin_are_shown_along_their_axes():
     axis = "slip.3t={strength=1000.0, axis=[1.0, 0.5, 0.0]}"
-    result = call("dispersion", "spiral-left", "--set", axis)
+    result = call("dispersion", "spiral-left", *FEW, "--set", axis)
     assert result.exit_code == 0, result.stderr
     assert "axes that spin with the chain" in result.stdout
 

@@ -11,7 +11,7 @@ from nrchain.view.space import opengl
 
 
 @pytest.fixture
-def run(tmp_path, stub):
+def run(tmp_path, stub, blank_pictures):
     assert call("run", "passive", "-o", tmp_path / "run", *SMALL).exit_code == 0
     return tmp_path / "run"
 

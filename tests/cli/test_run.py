@@ -14,6 +14,15 @@ from nrchain.scene.loading import load_scene
 from nrchain.trajectory.file import FILE_NAME
 from nrchain.trajectory.trajectory import Trajectory
 
+DRAWN = ("test_run_simulates_writes_and_draws", "test_a_run_completes_without_its_picture")
+"""Tests of the picture; that of all others is blank."""
+
+
+@pytest.fixture(autouse=True)
+def _pictures(request):
+    if request.function.__name__ not in DRAWN:
+        request.getfixturevalue("blank_pictures")
+
 
 def test_run_simulates_writes_and_draws(tmp_path):
     """A real run of a small scene, without the stub."""
@@ -130,8 +139,8 @@ def test_output_may_name_a_file(tmp_path, stub):
         assert Trajectory.open(tmp_path / name).path == tmp_path / name
     found = {"one.h5", "one-chain.png", "two.HDF5", "two-chain.png"}
     assert {file.name for file in tmp_path.iterdir()} == found
-    drawn = call("plot", tmp_path / "one.h5", "--view", "3d")
-    assert drawn.stdout.strip() == str(tmp_path / "one-chain-3d.png")
+    drawn = call("plot", tmp_path / "one.h5", "--effects")
+    assert drawn.stdout.strip() == str(tmp_path / "one-effects.png")
 
 
 def test_a_dot_and_a_number_are_not_a_file_ending(tmp_path, stub):

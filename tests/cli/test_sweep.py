@@ -8,7 +8,7 @@ import sys
 import time
 
 import pytest
-from support.command_line import assert_refused, call, program
+from support.command_line import assert_refused, call
 
 import nrchain
 
@@ -26,8 +26,8 @@ def _in_a_folder(tmp_path, monkeypatch):
 
 def test_a_grid_is_run_tabulated_and_drawn(tmp_path):
     observe = ("--observe", "end.size,measure.rate", "--observe", "measure.attractor")
-    result = program("sweep", *SCENE, *GRID, *observe, "-o", "d")
-    assert result.returncode == 0, result.stderr
+    result = call("sweep", *SCENE, *GRID, *observe, "-o", "d")
+    assert result.exit_code == 0, result.stderr
     found = nrchain.Sweep.open(tmp_path / "d")
     with (tmp_path / "d" / "table.csv").open() as file:
         rows = list(csv.DictReader(file))
