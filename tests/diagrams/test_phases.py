@@ -1,6 +1,7 @@
 """Phase diagrams of short chains: what they find, keep, refuse and repeat."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -33,6 +34,13 @@ def small(**options):
 @cache
 def kept():
     return small(workers=1)
+
+
+@pytest.fixture(scope="module")
+def kept_folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("phases") / "kept"
+    assert small(output=folder) == kept()
+    return folder
 
 
 def test_pushers_are_straight_below_the_threshold_and_buckle_above():
@@ -77,14 +85,15 @@ def test_each_region_has_a_verified_run_and_a_stable_state():
 
 
 def test_threads_and_processes_give_the_same_bits():
-    assert small(workers=3) == kept()
+    alone = small(levels=0, workers=1)
+    assert small(levels=0, workers=3) == alone
     with ThreadPoolExecutor(2) as threads:
-        assert small(executor=threads) == kept()
+        assert small(levels=0, executor=threads) == alone
     with warnings.catch_warnings():
         # from Python 3.12 on a fork beside threads, such as those of BLAS, warns
         warnings.simplefilter("ignore", DeprecationWarning)
         with ProcessPoolExecutor(1) as processes:
-            assert small(executor=processes) == kept()
+            assert small(levels=0, executor=processes) == alone
 
 
 def test_every_start_is_run_at_every_point():
@@ -100,9 +109,8 @@ def test_every_start_is_run_at_every_point():
     assert all(len(point.trials) == 2 for point in found.points)
 
 
-def test_a_folder_is_opened_and_goes_on_where_it_was_left(tmp_path, monkeypatch):
-    folder = tmp_path / "kept"
-    assert small(output=folder) == kept()
+def test_a_folder_is_opened_and_goes_on_where_it_was_left(kept_folder, tmp_path, monkeypatch):
+    folder = shutil.copytree(kept_folder, tmp_path / "kept")
     assert nrchain.PhaseDiagram.open(folder) == kept()
     lines = (folder / "results.jsonl").read_bytes().splitlines(keepends=True)
     # a kill in the middle: some lines, and a part of the next
@@ -116,11 +124,11 @@ def test_a_folder_is_opened_and_goes_on_where_it_was_left(tmp_path, monkeypatch)
 
 
 @pytest.mark.parametrize("count", few_of([0, 3, 9, 12, -1], {0, 9}))
-def test_a_diagram_of_which_little_is_finished_can_be_read_and_drawn(count, tmp_path):
-    small(output=tmp_path)
-    lines = (tmp_path / "results.jsonl").read_bytes().splitlines(keepends=True)
-    (tmp_path / "results.jsonl").write_bytes(b"".join(lines[:count]))
-    partial = nrchain.PhaseDiagram.open(tmp_path)
+def test_a_diagram_of_which_little_is_finished_can_be_read_and_drawn(count, kept_folder, tmp_path):
+    folder = shutil.copytree(kept_folder, tmp_path / "partial")
+    lines = (folder / "results.jsonl").read_bytes().splitlines(keepends=True)
+    (folder / "results.jsonl").write_bytes(b"".join(lines[:count]))
+    partial = nrchain.PhaseDiagram.open(folder)
     assert not partial.is_complete
     assert len(partial.points) == len(list(partial.rows())) <= len(kept().points)
     nrchain.phase_plots.save_phases(partial, tmp_path / "d.png")
@@ -143,7 +151,7 @@ def test_another_request_in_the_same_place_is_refused_with_what_differs(tmp_path
     other = nrchain.load_scene(scene(), **{"start.amplitude": 0.4})
     with pytest.raises(TrajectoryError, match=r"start\.amplitude is 0\.5 there and 0\.4 here"):
         nrchain.phases(other, X, Y, "random", levels=0, output=tmp_path / "a")
-    small(output=tmp_path / "a", levels=1, overwrite=True)
+    nrchain.phases(other, X, Y, "random", levels=0, output=tmp_path / "a", overwrite=True)
     with pytest.raises(TrajectoryError, match="there is no phase diagram"):
         nrchain.PhaseDiagram.open(tmp_path / "b")
 
@@ -183,7 +191,7 @@ except KeyboardInterrupt:
 """
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("number", few_of([signal.SIGINT, signal.SIGKILL], {signal.SIGKILL}))
 def test_what_is_finished_survives_an_end_in_the_middle(number, tmp_path):
     program = subprocess.Popen(
         [sys.executable, "-c", PROGRAM, tmp_path / "d"], stdout=subprocess.PIPE, text=True
