@@ -11,6 +11,7 @@ import time
 
 import numpy as np
 import pytest
+from support.selection import few_of
 
 import nrchain
 from nrchain.errors import SceneError, TrajectoryError
@@ -208,7 +209,9 @@ def leave_by_close(members):
     members.close()
 
 
-@pytest.mark.parametrize("leave", [leave_by_break, leave_by_error, leave_by_close])
+@pytest.mark.parametrize(
+    "leave", few_of([leave_by_break, leave_by_error, leave_by_close], {leave_by_break})
+)
 def test_leaving_early_stops_the_runs_and_closes_their_files(leave, tmp_path):
     scenes = [scene(), ENDLESS, ENDLESS, ENDLESS]
 
@@ -297,7 +300,7 @@ def program(folder, more):
     )
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", few_of([signal.SIGINT, signal.SIGTERM], {signal.SIGTERM}))
 def test_a_signal_stops_the_runs_and_raises(number, tmp_path):
     running = program(tmp_path, "next(members)")
     with running:

@@ -21,6 +21,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
+from support.selection import few_of
 
 import nrchain
 from nrchain.effects.registry import section_kinds
@@ -81,7 +82,7 @@ def traced() -> Iterator[list[tuple[str | None, str]]]:
         sys.setprofile(None)
 
 
-@pytest.mark.parametrize("name", nrchain.scene_names())
+@pytest.mark.parametrize("name", few_of(nrchain.scene_names(), {"buckling", "wave"}))
 def test_a_scene_goes_down_through_few_rooms_to_its_first_step(name):
     scene = nrchain.load_scene(name)
     nrchain.simulate(nrchain.load_scene(scene, **{"run.end": 1e-3, "run.snapshots": 2}))

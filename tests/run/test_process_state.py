@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.process_state import changes, handlers, state
+from support.selection import few_of
 
 import nrchain
 from nrchain.accuracy import cost
@@ -105,8 +106,8 @@ ACTS = {
     "unwritable": lambda folder, done: unwritable(folder),
     "auto": lambda folder, done: auto.choose(scene(effects="auto", tolerance=0.1)),
     "contributions": lambda folder, done: nrchain.contribution_sizes(done),
-    "cost": lambda folder, done: cost.work_precision(scene(), budget=0.2),
-    "estimate": lambda folder, done: estimate.estimate_effects(scene(), budget=0.1),
+    "cost": lambda folder, done: cost.work_precision(scene(), budget=0.05),
+    "estimate": lambda folder, done: estimate.estimate_effects(scene(), budget=0.02),
     "plan": lambda folder, done: plan.plan(scene()),
     "measure": lambda folder, done: measure.straightness(done),
     "open": lambda folder, done: nrchain.Trajectory.open(done.path),
@@ -227,7 +228,7 @@ print(sharing.layer())
 """
 
 
-@pytest.mark.parametrize("layer", ["omp", "workqueue"])
+@pytest.mark.parametrize("layer", few_of(["omp", "workqueue"], {"workqueue"}))
 def test_threads_share_sums_over_threads(layer, tmp_path):
     """Numba's work queue ends a process that enters it from two threads at once.
 

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.poses import random_chain
+from support.selection import few_of
 
 import nrchain
 from nrchain.errors import SceneError, TrajectoryError
@@ -283,7 +284,8 @@ def test_a_budget_of_seconds_is_kept():
 
 
 @pytest.mark.parametrize(
-    ("number", "name"), [(signal.SIGINT, "SIGINT"), (signal.SIGTERM, "SIGTERM")]
+    ("number", "name"),
+    few_of([(signal.SIGINT, "SIGINT"), (signal.SIGTERM, "SIGTERM")], {(signal.SIGINT, "SIGINT")}),
 )
 def test_a_signal_leaves_a_file_to_go_on_from(tmp_path, whole, number, name):
     arguments = ["run", "spiral-left", "-o", tmp_path]
@@ -407,6 +409,7 @@ def test_a_finished_run_has_nothing_to_resume(tmp_path):
     assert again.counters == done.counters
 
 
+@pytest.mark.slow
 def test_threads_do_not_change_the_result():
     script = (
         "import hashlib, sys, nrchain\n"
