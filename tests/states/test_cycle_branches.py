@@ -45,9 +45,14 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def branches(scene, onset, folder):
     found = nrchain.continue_cycle(
-        scene, ALONG, onset, steps=8, step=0.1, intervals=12, output=folder
+        scene, ALONG, onset, steps=3, step=0.1, intervals=12, output=folder
     )
     return found.branches
+
+
+@pytest.fixture(scope="module")
+def cycle(branches):
+    return branches[0].cycle(-1)
 
 
 @pytest.mark.slow
@@ -102,18 +107,18 @@ def test_a_branch_ends_where_its_oscillation_dies_out(branches, onset):
     assert np.interp(own, back.values, back.periods) == pytest.approx(cycle.period, rel=1e-3)
 
 
-def test_scenes_off_the_line_and_points_of_another_kind_are_refused(scene, branches, onset):
-    cycle = branches[0].cycle(-1)
+def test_scenes_off_the_line_and_points_of_another_kind_are_refused(scene, cycle, onset):
     with pytest.raises(SceneError, match="on the line"):
         nrchain.continue_cycle(cycle.scene, {"slip.3t": (5000.0, 6000.0)}, cycle)
     with pytest.raises(SceneError, match="Hopf point, a cycle or a trajectory"):
         nrchain.continue_cycle(scene, ALONG, replace(onset, kind="fold"))
 
 
-def test_files_hold_whole_branches(branches, folder, tmp_path):
-    for read, branch in zip(nrchain.CycleDiagram.open(folder).branches, branches, strict=True):
+def test_files_hold_whole_branches(branches, cycle, folder, tmp_path):
+    found = nrchain.CycleDiagram.open(folder).branches
+    assert found[0].cycle(-1).period == cycle.period
+    for read, branch in zip(found, branches, strict=True):
         assert (read.line, read.reasons) == (branch.line, branch.reasons)
-        assert read.cycle(-1).period == branch.cycle(-1).period
         for name in COLUMNS:
             assert np.array_equal(getattr(read, name), getattr(branch, name))
     special = nrchain.SpecialCycle("fold", 4500.0, 1e-3, 0.0, 1, 2, branches[0].orbits[1])

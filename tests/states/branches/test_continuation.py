@@ -5,6 +5,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 import pytest
+from support.selection import few_of
 
 import nrchain
 from nrchain import rules
@@ -100,7 +101,7 @@ def mirror(frames):
 def test_shapes_that_go_round_leave_a_hopf_point_of_the_straight_chain():
     changes = {**ISOTROPIC, "chain.particles": 10, "slip.2s": 260.0}
     scene = clamped(**changes)
-    found = nrchain.continue_state(scene, {"slip.3t": (12000.0, 18000.0)}, branches=2, step=0.01)
+    found = nrchain.continue_state(scene, {"slip.3t": (12000.0, 16000.0)}, branches=2, step=0.02)
     hopf = next(special for special in found.special if special.kind == "Hopf")
     threshold = nrchain.critical_strength(scene, "slip.3t", (0.9 * hopf.value, 1.1 * hopf.value))
     assert hopf.value == pytest.approx(threshold.value, rel=1e-8)
@@ -255,24 +256,34 @@ def same(one, other):
     assert one.reason == other.reason
 
 
-def test_an_interrupted_continuation_goes_on_where_it_was(tmp_path):
-    scene, along = clamped(**ISOTROPIC), {"slip.2s": (700.0, 1100.0)}
-    whole = nrchain.continue_state(scene, along, branches=2)
+@pytest.mark.parametrize("nudge", few_of([0.0, 0.1], {0.1}), ids=["straight", "bent"])
+def test_an_interrupted_continuation_goes_on_where_it_was(nudge, tmp_path):
+    """From the straight chain, a branch that leaves it; from the bent one, both ways."""
+    scene, along = clamped(**ISOTROPIC, **{"slip.2s": 850.0}), {"slip.2s": (700.0, 1000.0)}
+    begin = nrchain.find_state(scene, nudge=nudge) if nudge else None
+    whole = nrchain.continue_state(scene, along, begin, branches=2)
+    assert len(whole.branches) == 2
+    assert whole.special
     seen = []
 
     def interrupt(branch):
         seen.append(len(branch))
-        if len(seen) == 30:
+        if len(seen) == len(whole.branches[0]) + 3:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        nrchain.continue_state(scene, along, branches=2, output=tmp_path / "a", progress=interrupt)
+        nrchain.continue_state(
+            scene, along, begin, branches=2, output=tmp_path / "a", progress=interrupt
+        )
     begun = nrchain.BranchDiagram.open(tmp_path / "a")
     assert sum(map(len, begun.branches)) < sum(map(len, whole.branches))
     assert len(begun.branches[-1]) >= 1
     more = []
     resumed = nrchain.continue_state(
-        scene, along, branches=2, output=tmp_path / "a", progress=lambda branch: more.append(1)
+        *(scene, along, begin),
+        branches=2,
+        output=tmp_path / "a",
+        progress=lambda branch: more.append(1),
     )
     # what is in the folder is not computed again
     kept = sum(map(len, begun.branches))
