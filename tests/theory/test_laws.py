@@ -81,6 +81,7 @@ def test_4a_turns_its_wave_as_q_squared(strength):
     assert rate.real == pytest.approx(passive(), rel=0.05)
 
 
+@pytest.mark.slow
 def test_all_pairs_change_2s_by_a_logarithm():
     # Σ(1 − cos mqd)/m³ over 1 − cos qd, cut where the chain's k neighbours end
     reach = np.arange(1, 257)

@@ -179,7 +179,7 @@ def random_mix(seed, labels):
 
 
 @pytest.mark.parametrize("stress", ["linear", "cut"])
-@pytest.mark.parametrize("seed", few_of(range(12), {0, 1, 3, 5}))
+@pytest.mark.parametrize("seed", few_of(range(12), {0, 1, 3}))
 def test_measured_moduli_have_the_symmetry_of_the_slip(seed, stress, own_modes):
     chain = random_mix(seed, [*MODES, *own_modes])
     found, predicted = nrchain.moduli(chain, stress), slip_symmetry(chain)
@@ -194,7 +194,7 @@ def test_measured_moduli_have_the_symmetry_of_the_slip(seed, stress, own_modes):
         assert getattr(measured, name) >= getattr(predicted, name), name
 
 
-@pytest.mark.parametrize("seed", few_of(range(0, 24, 3), {0, 9, 15}))
+@pytest.mark.parametrize("seed", few_of(range(0, 24, 3), {0, 3}))
 def test_moduli_of_any_axes_are_the_gradients_of_the_simulated_wrenches(seed, own_modes):
     """Blocks of the middle sphere of an open chain, summed over waves; axes off e₁."""
     reach = 1 + seed % 2
@@ -217,7 +217,7 @@ def test_moduli_of_any_axes_are_the_gradients_of_the_simulated_wrenches(seed, ow
         np.testing.assert_allclose(mine, exact, atol=2e-5 * np.abs(exact).max())
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", few_of(range(12), {0, 1, 3}))
 def test_both_stresses_agree_where_linear_response_fixes_them(seed, own_modes):
     """C^{Fε}, H^{fε}, H^{fτ}, H^{mε}, F̃ and the pre-sources: helices against Jacobian blocks."""
     chain = random_mix(seed, [*MODES, *own_modes])
