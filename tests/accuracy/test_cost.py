@@ -225,12 +225,12 @@ def test_the_budget_shortens_the_runs():
 
 def test_what_is_run_does_not_depend_on_the_clock(monkeypatch):
     """Parts, errors and counts are the same if both cores are busy and the clock jumps by hours."""
-    quick = work_precision(SMALL, budget=0.3)
+    quick = work_precision(SMALL, budget=0.1)
     hours = itertools.count(step=3600.0)
     for name in ("perf_counter", "process_time", "monotonic", "time", "thread_time"):
         monkeypatch.setattr(time, name, lambda: next(hours))
     monkeypatch.setattr(work, "clock", lambda: next(hours))
-    slow = work_precision(SMALL, budget=0.3)
+    slow = work_precision(SMALL, budget=0.1)
 
     def timeless(found):
         points = [(p.axis, p.setting, p.changes, p.measured) for p in found.points]
@@ -276,7 +276,7 @@ def test_the_command_refuses(arguments, key):
 
 def test_limits_of_the_scene_do_not_cut_the_measurement():
     limited = load_scene(SMALL, **{"run.max_steps": 3, "run.max_seconds": 1e-6})
-    measured = work_precision(limited, budget=0.3)
+    measured = work_precision(limited, budget=0.1)
     assert all(math.isfinite(one.measured.error) for one in measured.points)
     assert any("ignore run.max_steps" in line for line in measured.notes())
     assert not any(
