@@ -93,7 +93,7 @@ def test_points_of_a_table_and_random_ones(tmp_path):
 
 
 def test_an_interrupted_sweep_says_how_to_go_on(tmp_path):
-    words = ["sweep", *SCENE, "--grid", "slip.2s=0:1000:4000", "-o", "d"]
+    words = ["sweep", *SCENE, "--grid", "slip.2s=0:1000:800", "-o", "d"]
     with subprocess.Popen(
         [sys.executable, "-m", "nrchain", *words],
         stdout=subprocess.PIPE,
@@ -110,7 +110,7 @@ def test_an_interrupted_sweep_says_how_to_go_on(tmp_path):
         "",
         "nrchain: interrupted; what is finished is kept in d; the same command continues\n",
     )
-    assert 0 < len(nrchain.Sweep.open(tmp_path / "d")) < 4000
+    assert 0 < len(nrchain.Sweep.open(tmp_path / "d")) < 800
 
 
 def test_failures_are_listed_with_their_cause(tmp_path):

@@ -20,9 +20,9 @@ from nrchain.cli.app import app
 
 CHEAP = {
     "branch": ["--branches", "1", "--set", "chain.particles=6"],
-    "cost": ["--budget", "0.3", "--set", "chain.particles=6"],
+    "cost": ["--budget", "0.1", "--set", "chain.particles=6"],
     "phases": ["--start", "random", "--levels", "0", "--set", "chain.particles=6"],
-    "plan": ["--budget", "0.1"],
+    "plan": ["--budget", "0.02"],
 }
 """Options that make a command of a page fast, after its own."""
 

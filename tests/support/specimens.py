@@ -113,7 +113,7 @@ def work_precision():
 
 @cache
 def estimates():
-    return estimate.estimate_effects(scene())
+    return estimate.estimate_effects(scene(), budget=0.05)
 
 
 @cache
