@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np.arrayobj import populate_array
 
@@ -62,15 +63,15 @@ def _pointer(element: Any, llvm: ir.Type) -> Any:
 
 
 floats_at: Any = _pointer(types.float64, ir.DoubleType())
-"""A pointer to floats at an address, for :func:`numba.carray` in kernels."""
+"""A pointer to floats at an address, for :func:`carray` in kernels."""
 
 integers_at: Any = _pointer(types.int64, ir.IntType(64))
-"""A pointer to integers at an address, for :func:`numba.carray` in kernels."""
+"""A pointer to integers at an address, for :func:`carray` in kernels."""
 
 _PAIR = ir.LiteralStructType([ir.DoubleType(), ir.DoubleType()])
 
 complex_at: Any = _pointer(types.complex128, _PAIR)
-"""A pointer to complex numbers at an address, for :func:`numba.carray` in kernels."""
+"""A pointer to complex numbers at an address, for :func:`carray` in kernels."""
 
 _ELEMENTS = {
     floats_at: (types.float64, ir.DoubleType()),
@@ -93,12 +94,59 @@ def table_of(arrays: Sequence[np.ndarray]) -> np.ndarray:
     return np.array(rows, np.int64).reshape(-1, ROW)
 
 
-def _view(axes: int) -> Any:
-    """The function of ``vector_in`` and others, for ``intrinsic``.
+def _packed(
+    context: Any, builder: Any, kind: Any, address: Any, shape: Sequence[Any], size: int
+) -> Any:
+    """The contiguous array of this shape at an address, with elements of ``size`` bytes."""
+    array = context.make_array(kind)(context, builder)
+    strides = [ir.Constant(address.type, size)]
+    for length in reversed(shape[1:]):
+        strides.insert(0, builder.mul(strides[0], length))
+    data = builder.inttoptr(address, array.data.type)
+    populate_array(array, data, shape, strides, strides[-1], meminfo=None)
+    return array._getvalue()
 
-    Their instructions are written out here: as a function of tables and tuples they would be typed
-    and compiled anew wherever a kernel uses an array.
-    """
+
+def _carray(typing: Any, pointer: Any, shape: Any) -> Any:
+    kind = types.Array(pointer.dtype, len(shape) if isinstance(shape, types.BaseTuple) else 1, "C")
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        address = builder.ptrtoint(arguments[0], context.get_value_type(types.intp))
+        given: Any = shape if isinstance(shape, types.BaseTuple) else (shape,)
+        lengths = [arguments[1]]
+        if isinstance(shape, types.BaseTuple):
+            lengths = cgutils.unpack_tuple(builder, arguments[1], len(shape))
+        lengths = [
+            context.cast(builder, length, integer, types.intp)
+            for length, integer in zip(lengths, given, strict=True)
+        ]
+        size = context.get_abi_sizeof(context.get_data_type(kind.dtype))
+        return _packed(context, builder, kind, address, lengths, size)
+
+    return kind(pointer, shape), generate
+
+
+carray: Any = intrinsic(_carray)
+"""``carray(pointer, shape)``: the contiguous array at a pointer, as :func:`numba.carray`.
+
+It is written out in its caller: Numba's own is compiled anew for every type and shape.
+"""
+
+
+def _address_of(typing: Any, array: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data = context.make_array(array)(context, builder, arguments[0]).data
+        return builder.ptrtoint(data, context.get_value_type(types.intp))
+
+    return types.intp(array), generate
+
+
+address_of: Any = intrinsic(_address_of)
+"""``address_of(array)``: where its first element is."""
+
+
+def _view(axes: int) -> Any:
+    """The function of ``vector_in`` and others, for ``intrinsic``: written out in their callers."""
 
     def define(typing: Any, table: Any, k: Any, pointer: Any) -> Any:
         element, llvm = _ELEMENTS[pointer.typing_key]
@@ -111,14 +159,7 @@ def _view(axes: int) -> Any:
                 builder.load(builder.gep(rows.data, [builder.add(row, ir.Constant(row.type, m))]))
                 for m in range(axes + 1)
             )
-            size = ir.Constant(row.type, context.get_abi_sizeof(llvm))
-            strides = [size]
-            for length in reversed(shape[1:]):
-                strides.insert(0, builder.mul(strides[0], length))
-            array = context.make_array(kind)(context, builder)
-            data = builder.inttoptr(address, array.data.type)
-            populate_array(array, data, shape, strides, size, meminfo=None)
-            return array._getvalue()
+            return _packed(context, builder, kind, address, shape, context.get_abi_sizeof(llvm))
 
         return kind(table, types.intp, pointer), generate
 

@@ -16,15 +16,17 @@ import os
 import stat
 import tempfile
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache, partial
 from pathlib import Path
 from threading import Lock
 from typing import Any
 
 import numba
+import numpy as np
+from numba.core.registry import CPUDispatcher
 
-from nrchain._linking import KernelCompiler, PartCompiler
+from nrchain._linking import KernelCompiler, PartCompiler, with_part
 
 ARITHMETIC = frozenset({"contract", "reassoc", "nsz", "arcp"})
 """What the compiler may rearrange. ``nnan`` and ``ninf`` are absent: a NaN stays a NaN."""
@@ -40,21 +42,33 @@ def kernel(
 
     def compile_(f: Callable[..., Any]) -> Any:
         # no kernel is handed to another as a value: this saves a tenth of its compilation
-        return _cached(f, numba.njit, parallel=parallel, nogil=nogil, no_cfunc_wrapper=True)
+        found = _cached(f, numba.njit, parallel=parallel, nogil=nogil, no_cfunc_wrapper=True)
+        if isinstance(found, CPUDispatcher) and not parallel:
+            return with_part(found, _part(found.py_func))
+        return found
 
     return compile_ if function is None else compile_(function)
 
 
 def part(function: Callable[..., Any]) -> Any:
     """A kernel that only kernels call: without the code that takes arguments from Python."""
+    return _part(rename(function, sources()))
+
+
+def _part(function: Callable[..., Any]) -> Any:
     options: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, **_OPTIONS}
     options["pipeline_class"] = PartCompiler
-    return numba.njit(**options)(rename(function, sources()))
+    return numba.njit(**options)(function)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
     """A few lines of kernels, compiled into each that calls them."""
     return numba.njit(function, inline="always", **_OPTIONS)
+
+
+def constants(values: Iterable[int]) -> tuple[int, ...]:
+    """Integers for kernels to pass to parts: Numba compiles a part anew for each of Python's."""
+    return tuple(np.int64(value) for value in values)  # type: ignore[misc]
 
 
 def entry(function: Callable[..., Any], signature: Any) -> Any:

@@ -8,12 +8,14 @@ instructions that can be linked: a kernel is optimised once, with all that it ca
 
 from __future__ import annotations
 
+import gc
 from typing import Any
 
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, Flags
 from numba.core.compiler_machinery import LoweringPass, register_pass
 from numba.core.cpu import _dynfunc
+from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering
 
 
@@ -33,7 +35,7 @@ _HASH = hash(Flags())
 
 
 class KernelCompiler(Compiler):
-    """Numba's compiler, with options that compare fast."""
+    """Numba's compiler, with options that compare fast and without garbage collection meanwhile."""
 
     def __init__(
         self,
@@ -46,6 +48,16 @@ class KernelCompiler(Compiler):
         local: Any,
     ) -> None:
         super().__init__(typing, target, library, arguments, result, KernelFlags(flags), local)
+
+    def compile_extra(self, func: Any) -> Any:
+        # a tenth of the time would go into searching what the compiler still needs
+        was_on = gc.isenabled()
+        gc.disable()
+        try:
+            return super().compile_extra(func)
+        finally:
+            if was_on:
+                gc.enable()
 
 
 class PartLibrary(JITCodeLibrary):
@@ -92,3 +104,19 @@ class PartCompiler(KernelCompiler):
         manager.add_pass_after(_Declare, NativeLowering)
         manager.finalize()
         return [manager]
+
+
+class Kernel(CPUDispatcher):
+    """A kernel that Python calls; other kernels link ``part``, unless it is compiled already."""
+
+    part: Any
+
+    @property
+    def _numba_type_(self) -> Any:
+        return super()._numba_type_ if self.overloads else self.part._numba_type_
+
+
+def with_part(kernel: Any, part: Any) -> Kernel:
+    """A kernel as Numba declares it, which other kernels call as this part."""
+    kernel.__class__, kernel.part = Kernel, part
+    return kernel

@@ -203,3 +203,17 @@ def test_options_of_kernels_compare_as_those_of_numba():
         ours = KernelFlags(other)
         assert (ours == KernelFlags(given)) is (ours == given) is (other == given)
         assert hash(ours) == hash(other)
+
+
+def test_a_kernel_that_python_has_not_called_is_a_part_of_others():
+    @compiled.kernel
+    def tripled(x):
+        return 3.0 * x
+
+    @compiled.kernel
+    def tripled_and_one(x):
+        return tripled(x) + 1.0
+
+    assert tripled_and_one(2.0) == 7.0
+    assert not tripled.overloads
+    assert tripled(2.0) == 6.0

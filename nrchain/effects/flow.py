@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from numba import carray
 
 from nrchain._addresses import (
     ROW,
     Term,
+    carray,
     compile_term,
     floats_at,
     integers_at,

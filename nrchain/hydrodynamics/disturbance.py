@@ -10,11 +10,12 @@ from functools import cache, partial
 from typing import Any, Literal
 
 import numpy as np
-from numba import carray, prange
+from numba import prange
 
 from nrchain._addresses import (
     ROW,
     Term,
+    carray,
     compile_term,
     floats_at,
     integers_at,

@@ -14,12 +14,13 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import carray, prange
+from numba import prange
 
 from nrchain._addresses import (
     ROW,
     Term,
     blocks_in,
+    carray,
     compile_term,
     floats_at,
     integers_at,

@@ -13,11 +13,12 @@ from functools import lru_cache, partial
 from typing import Any, Self
 
 import numpy as np
-from numba import carray, prange
+from numba import prange
 
 from nrchain._addresses import (
     ROW,
     Term,
+    carray,
     compile_term,
     floats_at,
     integers_at,

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nrchain._addresses import (
+    address_of,
     blocks_in,
     cube_in,
     floats_at,
@@ -182,7 +183,7 @@ def rebase(t, time, positions, frames):
     spins[:] = 0.0
     if not clamps:
         twists = matrix_in(t, TWISTED, floats_at)
-        status = set_carrying_twists(t, positions.ctypes.data, frames.ctypes.data, twists)
+        status = set_carrying_twists(t, address_of(positions), address_of(frames), twists)
         if status:
             return status
         _set_motion(t, frames, twists, drift, spins)

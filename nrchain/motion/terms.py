@@ -15,6 +15,7 @@ import numpy as np
 from nrchain._addresses import (
     Callback,
     Term,
+    address_of,
     array_at,
     blocks_in,
     call,
@@ -23,7 +24,7 @@ from nrchain._addresses import (
     matrix_in,
     vector_in,
 )
-from nrchain._compile import part
+from nrchain._compile import constants, part
 from nrchain.effects.base import Effect
 from nrchain.motion.mobility import divide, divide_blocks
 from nrchain.motion.pose_model import PoseModel
@@ -72,8 +73,24 @@ class Terms(NamedTuple):
 
 
 # Places of these tables among the arrays of a chain, after those of its chart.
-WRENCHES, TWISTS, WRENCH_BLOCKS, TWIST_BLOCKS, CARRYING_WRENCHES, CARRYING_TWISTS = range(13, 19)
-DRAG, HELD, FLAGS, FAR, FRICTION, WRENCHED, WRENCH_BLOCKS_OF = range(19, 26)
+(
+    WRENCHES,
+    TWISTS,
+    WRENCH_BLOCKS,
+    TWIST_BLOCKS,
+    CARRYING_WRENCHES,
+    CARRYING_TWISTS,
+    DRAG,
+    HELD,
+    FLAGS,
+    FAR,
+    FRICTION,
+    WRENCHED,
+    WRENCH_BLOCKS_OF,
+) = constants(range(13, 26))
+
+(NO_BLOCKS,) = constants([-1])
+"""The width of terms that add wrenches or twists."""
 
 
 @part
@@ -91,7 +108,7 @@ def _call_all(t, which, positions, frames, out, width):
 def _set_wrenches(t, wrenches, positions, frames):
     """Set (F, T) of the terms of a table in the scratch space; returns a status."""
     matrix_in(t, WRENCHED, floats_at)[:] = 0.0
-    return _call_all(t, wrenches, positions, frames, t[WRENCHED, 0], -1)
+    return _call_all(t, wrenches, positions, frames, t[WRENCHED, 0], NO_BLOCKS)
 
 
 @part
@@ -99,14 +116,14 @@ def _add_friction_blocks(t, positions, frames, blocks):
     """blocks += the derivative of μ·(F, T); returns a status."""
     own = blocks_in(t, WRENCH_BLOCKS_OF, floats_at)
     own[:] = 0.0
-    status = _call_all(t, WRENCH_BLOCKS, positions, frames, own.ctypes.data, own.shape[1] // 2)
+    status = _call_all(t, WRENCH_BLOCKS, positions, frames, address_of(own), own.shape[1] // 2)
     if not status:
         status = _set_wrenches(t, WRENCHES, positions, frames)
     if status:
         return status
     friction, width = matrix_in(t, FRICTION, integers_at), blocks.shape[1] // 2
     at = friction[0, 1], friction[0, 2]
-    return call(at[0], at[1], positions, t[WRENCHED, 0], blocks.ctypes.data, width)
+    return call(at[0], at[1], positions, t[WRENCHED, 0], address_of(blocks), width)
 
 
 @part
@@ -118,14 +135,14 @@ def _fill(t, wrenches, twists, positions, frames, out):
         if status:
             return status
         friction = matrix_in(t, FRICTION, integers_at)
-        call(friction[0, 0], friction[0, 2], positions, t[WRENCHED, 0], out.ctypes.data, -1)
+        call(friction[0, 0], friction[0, 2], positions, t[WRENCHED, 0], address_of(out), NO_BLOCKS)
     elif t[wrenches, 1]:
-        status = _call_all(t, wrenches, positions, frames, out.ctypes.data, -1)
+        status = _call_all(t, wrenches, positions, frames, address_of(out), NO_BLOCKS)
         if status:
             return status
         drag = vector_in(t, DRAG, floats_at)
         divide(out, drag[0], drag[1])
-    return _call_all(t, twists, positions, frames, out.ctypes.data, -1)
+    return _call_all(t, twists, positions, frames, address_of(out), NO_BLOCKS)
 
 
 @part
@@ -159,12 +176,12 @@ def set_blocks(t, positions, frames, blocks):
         if status:
             return status
     elif t[WRENCH_BLOCKS, 1]:
-        status = _call_all(t, WRENCH_BLOCKS, positions, frames, blocks.ctypes.data, width)
+        status = _call_all(t, WRENCH_BLOCKS, positions, frames, address_of(blocks), width)
         if status:
             return status
         drag = vector_in(t, DRAG, floats_at)
         divide_blocks(blocks, drag[0], drag[1])
-    return _call_all(t, TWIST_BLOCKS, positions, frames, blocks.ctypes.data, width)
+    return _call_all(t, TWIST_BLOCKS, positions, frames, address_of(blocks), width)
 
 
 @part
@@ -177,7 +194,7 @@ def add_far(t, poses, out):
     out[:] = 0.0
     far = matrix_in(t, FAR, integers_at)
     for k in range(far.shape[0]):
-        found |= call(far[k, 0], far[k, 1], poses.ctypes.data, 0, out.ctypes.data, -1)
+        found |= call(far[k, 0], far[k, 1], address_of(poses), 0, address_of(out), NO_BLOCKS)
     drag = vector_in(t, DRAG, floats_at)
     divide(out, drag[0], drag[1])
     held = vector_in(t, HELD, integers_at)

@@ -17,15 +17,17 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import carray
 
-from nrchain._addresses import Term, compile_term, floats_at, integers_at
+from nrchain._addresses import Term, carray, compile_term, floats_at, integers_at
 from nrchain._compile import kernel, rename
 from nrchain.potential import bend as bending
 from nrchain.potential import shear as shearing
 from nrchain.potential import stretch as stretching
 from nrchain.potential import twist as twisting
 from nrchain.potential.link import (
+    E1,
+    E2,
+    E3,
     REACH,
     add_strain_wrenches,
     add_turning_moment,
@@ -69,9 +71,9 @@ def wrench_kernel(terms: tuple[str, ...], isotropic: bool) -> Any:
                 wide = is_wide(link, count, periodic)
                 weights, spheres = link_weights(wide), link_spheres(link, count, wide)
                 t = link_tangent(positions, link, spheres, weights, spacing, period)
-                e1 = mid_vector(frames, 0, spheres, weights) if stretched else t
-                e2 = mid_vector(frames, 1, spheres, weights) if sheared else t
-                e3 = mid_vector(frames, 2, spheres, weights) if sheared else t
+                e1 = mid_vector(frames, E1, spheres, weights) if stretched else t
+                e2 = mid_vector(frames, E2, spheres, weights) if sheared else t
+                e3 = mid_vector(frames, E3, spheres, weights) if sheared else t
                 tensions = (
                     tensile * stretching.strain(e1, t) if stretched else 0.0,
                     lateral * shearing.strain(e2, t) if sheared else 0.0,
@@ -111,7 +113,7 @@ def energy_kernel(terms: tuple[str, ...], isotropic: bool) -> Any:
                 weights, spheres = link_weights(wide), link_spheres(link, count, wide)
                 t = link_tangent(positions, link, spheres, weights, spacing, period)
                 if stretched:
-                    strain = stretching.strain(mid_vector(frames, 0, spheres, weights), t)
+                    strain = stretching.strain(mid_vector(frames, E1, spheres, weights), t)
                     total += 0.5 * stretch * (spacing * strain) ** 2
                 if sheared:
                     for a in range(1, 3):

@@ -11,10 +11,13 @@ their positions in the Jacobian.
 
 from __future__ import annotations
 
-from nrchain._compile import kernel, part
+from nrchain._compile import constants, kernel, part
 
 REACH = 3
 """Number of neighbours on either side that elastic forces reach."""
+
+E1, E2, E3 = constants(range(3))
+"""The axes of a frame."""
 
 # Frame weights (of i−1 and i+2, of i and i+1) and tangent weights, the latter times d.
 _WIDE = (-1 / 16, 9 / 16, 1 / 24, 27 / 24)

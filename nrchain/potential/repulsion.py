@@ -14,11 +14,11 @@ Source: Weeks, Chandler, Andersen, J. Chem. Phys. 54, 5237 (1971).
 from __future__ import annotations
 
 import numpy as np
-from numba import carray
 
 from nrchain._addresses import (
     ROW,
     Term,
+    carray,
     compile_term,
     cube_in,
     floats_at,

@@ -11,12 +11,12 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import carray
 
 from nrchain._addresses import (
     ROW,
     blocks_in,
     call,
+    carray,
     compile_term,
     complex_at,
     cube_in,

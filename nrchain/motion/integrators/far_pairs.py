@@ -15,11 +15,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import carray
 
 from nrchain._addresses import (
     ROW,
+    address_of,
     call,
+    carray,
     compile_term,
     complex_at,
     floats_at,
@@ -123,7 +124,7 @@ def _solve(context, source, _target, _flag, which):
         _set_far_product(t, change, poses, twists, change)
         for m in range(n):
             change[m] *= scale
-        status = call(solvers[k, 1], solvers[k, 2], change.ctypes.data, 0, 0, 0)
+        status = call(solvers[k, 1], solvers[k, 2], address_of(change), 0, 0, 0)
         if status:
             return status
         for m in range(n):

@@ -13,8 +13,8 @@ import math
 
 import numpy as np
 
-from nrchain._addresses import call
-from nrchain._compile import inlined, kernel, part
+from nrchain._addresses import address_of, call
+from nrchain._compile import constants, kernel, part
 from nrchain.motion.integrators.radau_tableau import (
     COMPLEX,
     ESTIMATE,
@@ -63,7 +63,9 @@ ADVANCED, FAILED_CALL, NOT_FINITE, ERROR_STAYS, DIVERGES, NO_STEP, SINGULAR = ra
 # AT; J at that time; its product; I − STEP J/λ for both λ; solutions in place, real and complex;
 # new coordinates about Y; ROOM of a vector; whether the step may be left unseen (status 0); poses
 # at AT.
-RATES, LINEARISE, PRODUCT, FACTORISE, SOLVE_REAL, SOLVE_PAIR, RENEW, TURN, LOOK, POSES = range(10)
+RATES, LINEARISE, PRODUCT, FACTORISE, SOLVE_REAL, SOLVE_PAIR, RENEW, TURN, LOOK, POSES = constants(
+    range(10)
+)
 CONTEXT, FUNCTIONS = 10, 11
 
 # Numbers that steps and functions share. ROUNDING: of coordinates, relative to the least ``atol``.
@@ -77,15 +79,17 @@ SAMPLED, COUNTS = 9, 10
 
 # Vectors: three stages Z_i, f(Z_i), the change of Z, and the last step in the present coordinates;
 # f(t_n, 0), zero, the coordinates reached, the error of a step, ``atol`` and a right-hand side.
-STAGES, SLOPES, CHANGE, PAST = 0, 3, 6, 9
-SLOPE, STILL, Y, DEFECT, SCALE, REAL_SIDE = range(12, 18)
+STAGES, SLOPES, CHANGE, PAST = constants(range(0, 12, 3))
+SLOPE, STILL, Y, DEFECT, SCALE, REAL_SIDE = constants(range(12, 18))
+# where a function takes no vector
+UNUSED = STILL
 VECTORS = 18
 
 
-@inlined
+@part
 def _call(functions, which, vectors, source, target):
     """Call a function of the equation with two vectors; returns its status."""
-    begin, row = vectors.ctypes.data, 8 * vectors.shape[1]
+    begin, row = address_of(vectors), 8 * vectors.shape[1]
     return call(
         functions[which], functions[CONTEXT], begin + row * source, begin + row * target, 0, which
     )
@@ -110,7 +114,7 @@ def _is_finite(vectors, first, last):
     return total == 0.0
 
 
-@inlined
+@part
 def _rates(functions, numbers, counts, vectors, time, source, target):
     counts[EVALUATIONS] += 1
     numbers[AT] = time
@@ -157,7 +161,7 @@ def _predict(functions, numbers, counts, vectors, step):
             weight = BEYOND[j, 0] * x + BEYOND[j, 1] * x**2 + BEYOND[j, 2] * x**3
             for m in range(vectors.shape[1]):
                 vectors[STAGES + i, m] += weight * vectors[PAST + j, m]
-        _call(functions, TURN, vectors, STAGES + i, 0)
+        _call(functions, TURN, vectors, STAGES + i, UNUSED)
         if numbers[ROOM] < 1.0:
             found = 0
     if not found:
@@ -185,7 +189,7 @@ def _newton_change(functions, numbers, counts, vectors, pair, step):
     counts[SOLVES] += 2
     if _call(functions, SOLVE_REAL, vectors, REAL_SIDE, REAL_SIDE):
         return FAILED_CALL
-    if call(functions[SOLVE_PAIR], functions[CONTEXT], pair.ctypes.data, 0, 0, SOLVE_PAIR):
+    if call(functions[SOLVE_PAIR], functions[CONTEXT], address_of(pair), 0, 0, SOLVE_PAIR):
         return FAILED_CALL
     for i in range(3):
         for m in range(vectors.shape[1]):
@@ -204,7 +208,7 @@ def _solve_stages(functions, numbers, counts, vectors, pair, step, patience):
     """
     if not counts[FACTORISED]:
         numbers[STEP] = step
-        status = _call(functions, FACTORISE, vectors, 0, 0)
+        status = _call(functions, FACTORISE, vectors, UNUSED, UNUSED)
         if status:
             return (FAILED_CALL if status == FAILED_CALL else DIVERGES), patience
         counts[FACTORISED] = 1
@@ -308,7 +312,7 @@ def accept(numbers, counts, vectors, step, iterations, error, rejected):
 @part
 def _take_step(functions, numbers, counts, vectors, pair):
     """One step from the coordinates reached, ROOM being that of its end; returns a status."""
-    if _call(functions, RENEW, vectors, 0, 0):
+    if _call(functions, RENEW, vectors, UNUSED, UNUSED):
         return FAILED_CALL
     counts[FRESH] = 0
     if _rates(functions, numbers, counts, vectors, numbers[TIME], STILL, SLOPE):
@@ -323,7 +327,7 @@ def _take_step(functions, numbers, counts, vectors, pair):
             counts[JACOBIANS] += 1
             counts[LINEARISED], counts[FRESH], counts[FACTORISED] = 1, 1, 0
             numbers[AT] = numbers[TIME]
-            if _call(functions, LINEARISE, vectors, STILL, 0):
+            if _call(functions, LINEARISE, vectors, STILL, UNUSED):
                 return FAILED_CALL
             if step == 0.0:
                 step = _first_length(functions, numbers, vectors)
@@ -343,7 +347,7 @@ def _take_step(functions, numbers, counts, vectors, pair):
             error, status = _error_size(functions, numbers, counts, vectors, step, rejected)
             if status == FAILED_CALL:
                 return status
-            _call(functions, TURN, vectors, STAGES + 2, 0)
+            _call(functions, TURN, vectors, STAGES + 2, UNUSED)
             room = SAFETY * numbers[ROOM]
             if fixed or (error < 1.0 and room >= SAFETY):
                 accept(numbers, counts, vectors, step, iterations, error, rejected)

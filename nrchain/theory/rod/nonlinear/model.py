@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from numba import carray
 
 from nrchain._addresses import (
     Term,
+    carray,
     compile_term,
     cube_in,
     floats_at,
