@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import typer
+from support.command_line import built
 from support.pages import blocks, commands, run_page, text_of
 from support.poses import pose_derivative, random_chain
 
@@ -124,13 +124,13 @@ def test_commands_exist_with_their_options(name, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     for words in commands_of(PAGES[name]):
         if words[0] == "python":
-            command, arguments = typer.main.get_command(validation_app), words[3:]
+            command, arguments = built(validation_app), words[3:]
             studies = command.make_context("validation", arguments).params["names"] or ()
             assert set(studies) <= set(STUDIES)
             continue
         if words[1] == "COMMAND" or words[1].startswith("--"):
             continue
-        group = typer.main.get_command(app)
+        group = built(app)
         context = group.make_context("nrchain", ["effects"])
         _, command, arguments = group.resolve_command(context, words[1:])
         if arguments:

@@ -7,15 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.command_line import call
 from support.fake_clock import Processor, fake_processor
-from typer.testing import CliRunner
 
 from nrchain import load_scene, simulate
 from nrchain.accuracy import cost, timing
 from nrchain.accuracy.cost import Point, WorkPrecision, short_runs, work_precision
 from nrchain.accuracy.cost.settings import TOLERANCES
 from nrchain.accuracy.timing import Measured, distance, measure_all, run_timed
-from nrchain.cli.app import app
 from nrchain.cli.exits import REFUSED
 from nrchain.errors import SceneError
 from nrchain.geometry import lie
@@ -269,7 +268,7 @@ def test_stable_is_run_to_its_end_and_the_setting_advised_reaches_the_target():
     ],
 )
 def test_the_command_refuses(arguments, key):
-    result = CliRunner().invoke(app, ["cost", "passive", *arguments])
+    result = call("cost", "passive", *arguments)
     assert result.exit_code == REFUSED
     assert result.stderr.strip().splitlines()[-1].startswith(f"nrchain: {key} = ")
 
@@ -293,9 +292,7 @@ def test_a_scene_that_stops_is_refused():
 
 def test_the_command_says_which_setting_to_use(monkeypatch, measured_scene):
     monkeypatch.setattr(cost, "work_precision", lambda scene, **_: measured_scene[0])
-    result = CliRunner().invoke(
-        app, ["cost", "buckling", "--target", "1e-3", "--set", "slip.2s=90"]
-    )
+    result = call("cost", "buckling", "--target", "1e-3", "--set", "slip.2s=90")
     assert result.exit_code == 0, result.stderr
     advice = measured_scene[0].advise(1e-3)
     assert f"nrchain run buckling --set slip.2s=90 {advice.arguments}" in result.stdout

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 import pytest
-from support.command_line import call, program
+from support.command_line import built, call, program
 
 import nrchain
 from nrchain.cli.completion import complete_key, complete_number, complete_scene
@@ -81,6 +81,8 @@ def test_scenes_complete_files_and_folders(tmp_path, monkeypatch):
 def test_the_script_for_a_shell_is_printed(monkeypatch):
     # Typer otherwise asks which shell this process runs in
     monkeypatch.setenv("_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION", "1")
+    built.cache_clear()
     shown = call("--show-completion", "bash")
+    built.cache_clear()
     assert shown.exit_code == 0
     assert "nrchain" in shown.stdout

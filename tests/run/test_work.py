@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.command_line import call
 from support.fake_clock import PRICES, Processor, fake_processor
-from typer.testing import CliRunner
 
 import nrchain
 from nrchain import work
 from nrchain.accuracy.cost import work_precision
 from nrchain.accuracy.plan_effects import plan_effects
 from nrchain.accuracy.timing import predict_cost
-from nrchain.cli.app import app
 from nrchain.planning.counted_work import evaluation_work
 from nrchain.run.counters import Counters
 from nrchain.run.work import (
@@ -229,7 +228,7 @@ def test_plan_cost_and_run_report_the_same_number(tmp_path):
         kept = cost_of(nrchain.Trajectory.open(tmp_path / "run.h5"))
         planned = plan_effects(SCENE)
         measured = work_precision(SCENE, budget=3.0)
-        printed = CliRunner().invoke(app, ["run", str(path), "-v", "-o", str(tmp_path / "out")])
+        printed = call("run", path, "-v", "-o", tmp_path / "out")
     costs = [run, file, kept, planned.cost, measured.own]
     assert {one.seconds for one in costs} == {expected}
     assert {one.work for one in costs} == {run.work}

@@ -2,8 +2,11 @@
 
 import subprocess
 import sys
+from functools import cache
 
 import numpy as np
+import typer.main
+import typer.testing
 from typer.testing import CliRunner
 
 from nrchain.cli.app import app
@@ -13,6 +16,12 @@ from nrchain.trajectory.trajectory import Trajectory
 from nrchain.trajectory.writer import TrajectoryWriter
 
 SMALL = ("--set", "chain.particles=3", "--set", "run.end=0.1", "--set", "run.snapshots=2")
+
+
+built = cache(typer.main.get_command)
+"""The command of an application, built once: that takes longer than most commands do."""
+
+typer.testing._get_command = built
 
 
 def call(*arguments):

@@ -23,7 +23,7 @@ def in_one_process(changes, grid, observe, path):
     """The sweep of ``buckling`` with changes; ``path`` is a file for it.
 
     A process that compiles a kernel may round differently from those that load it. A test of
-    several processes compares with a second call: after the first all kernels are on disk.
+    several processes runs such a sweep in its own process before: all kernels are then on disk.
     """
     given = pickle.dumps((changes, grid, observe, str(path))).hex()
     subprocess.run([sys.executable, "-c", SWEEP, given], check=True)

@@ -13,10 +13,8 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
-from typer.testing import CliRunner
-
 import nrchain
-from nrchain.cli.app import app
+from support.command_line import call
 
 CHEAP = {
     "branch": ["--branches", "1", "--set", "chain.particles=6"],
@@ -94,7 +92,7 @@ def run_command(command: str) -> None:
         return
     simulate_named(words)
     words, file = (words[:-2], words[-1]) if words[-2] == ">" else (words, None)
-    result = CliRunner().invoke(app, [*cheap(words[1:])])
+    result = call(*cheap(words[1:]))
     assert result.exit_code == 0, f"{command}\n{result.stderr}{result.exception or ''}"
     if file:
         Path(file).write_text(result.stdout, encoding="utf-8")
@@ -114,7 +112,7 @@ def simulate_named(words: list[str]) -> None:
 def cheap(words: list[str]) -> list[str]:
     """The words of a command with options that make it fast."""
     if words[0] == "figure":
-        words = [word.replace("all", "5") for word in words]
+        words = [word.replace("all", "3") for word in words]
     if words[0] == "phases":
         words = [re.sub(r"^([\w.]+=[^:]+:[^:]+)(:\d+)?$", r"\1:2", word) for word in words]
     if words[0] == "sweep":

@@ -31,11 +31,16 @@ def grid(count):
     return {"slip.2s": f"-100:100:{count}"}
 
 
+def keep_kernels():
+    """Run two points here, so that all processes find their kernels on disk."""
+    nrchain.sweep(nrchain.load_scene("buckling", **CHANGES), grid(2), observe=OBSERVE, workers=1)
+
+
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory):
     """The sweep in one process, which like all others finds its kernels on disk."""
     file = tmp_path_factory.mktemp("alone") / "sweep"
-    in_one_process(CHANGES, grid(2), OBSERVE, file)
+    keep_kernels()
     return in_one_process(CHANGES, grid(POINTS), OBSERVE, file)
 
 
@@ -135,7 +140,7 @@ def test_processes_that_die_are_replaced(monkeypatch, alone):
 
 @pytest.mark.slow
 def test_200_points_are_those_of_one_process(tmp_path):
-    in_one_process(CHANGES, grid(2), OBSERVE, tmp_path / "alone")
+    keep_kernels()
     with local_cluster() as local:
         found, killed = sweep_with_a_death(local, 200, tmp_path / "s", 0.02)
     assert_equal(found, in_one_process(CHANGES, grid(200), OBSERVE, tmp_path / "alone"), 200)

@@ -5,10 +5,9 @@ import re
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from typer.testing import CliRunner
+from support.command_line import call
 
 import nrchain
-from nrchain.cli.app import app
 from nrchain.planning.checked_start import starting_poses
 from nrchain.planning.regime import warnings
 from nrchain.planning.shared_steps import SharedStepRun
@@ -108,6 +107,6 @@ def test_probes_resolve_a_seed_below_their_own_tolerance():
 
 def test_the_command_warns_once(tmp_path):
     changes = ("--set", "start.shape=straight", "--set", "run.snapshots=2")
-    warned = CliRunner().invoke(app, ["run", "buckling", "-o", str(tmp_path), *changes])
+    warned = call("run", "buckling", "-o", tmp_path, *changes)
     assert warned.exit_code == 0
     assert (warned.stdout + warned.stderr).count("the start is straight") == 1
