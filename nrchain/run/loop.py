@@ -56,7 +56,7 @@ class Loop:
         self.recording, self.counters, self.budget = recording, counters, budget
         self.time, self.poses = time, poses
         self._restarted, self._fresh_steps = time, 0
-        self._pace = Pace()
+        self._pace, self._checks = Pace(), watches.checks
         count = len(poses[0])
         room = max(SAMPLE_BYTES // (96 * count), 1)
         self._samples = Samples(min(room, len(recording.times)), count)
@@ -124,7 +124,7 @@ class Loop:
         began, samples = clock.perf_counter(), self._samples
         samples.want(self.recording.upcoming)
         try:
-            integrator.advance(samples, most, self.watches.clearance, self.watches.unwatched)
+            integrator.advance(samples, most, self._checks)
         except Exception:
             self._record()
             self._pass(integrator.reached, integrator.steps - before)
@@ -149,7 +149,6 @@ class Loop:
         """Note that so many steps led to ``time``, none of which has to be looked at."""
         if steps:
             self._fresh_steps += steps
-            self.watches.skip(steps)
             self.time, self.poses = time, self._poses_at(time)
 
     def _process_step(self, reached: float, y: np.ndarray) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nrchain.motion.clearance import Clearance
+from nrchain.motion.integrators.base import StepChecks
 from nrchain.outcome import Stop
 from nrchain.types import Poses, PosesAt
 from nrchain.watch.friction import FrictionWatch
@@ -27,18 +27,9 @@ class Watches:
     settled: SettledWatch | None = None
 
     @property
-    def clearance(self) -> Clearance:
-        """What tells compiled code that spheres do not touch in a step."""
-        return self.guard.clearance
-
-    @property
-    def unwatched(self) -> int:
-        """How many steps need not be watched, if they are clear."""
-        return self.growth.pause
-
-    def skip(self, steps: int) -> None:
-        """Note that so many steps were not watched."""
-        self.growth.pause -= steps
+    def checks(self) -> StepChecks:
+        """What tells compiled code which steps need no look."""
+        return StepChecks(self.guard.clearance, self.growth.check)
 
     def check_step(
         self,

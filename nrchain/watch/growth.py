@@ -19,13 +19,14 @@ from collections.abc import Callable
 import numpy as np
 
 from nrchain._compile import kernel
+from nrchain.motion.bend import BENT, LARGEST, BendCheck, bend_of
 from nrchain.motion.charts import ChartedChain
 from nrchain.motion.integrators.base import Integrator
 from nrchain.notices import Report
 from nrchain.outcome import Cause, Stop
 from nrchain.types import Poses
 from nrchain.watch.growing_modes import Growth, growth_about_base
-from nrchain.watch.resolved_growth import LARGEST, SEEN, Resolution
+from nrchain.watch.resolved_growth import SEEN, Resolution
 
 NEARLY = 1e4
 """Bends below this many tolerances are watched. In larger ones step control sees every mode of
@@ -39,9 +40,6 @@ CHANGED = 0.2
 
 LONGER = 10.0
 """So are they when steps have become this many times as long."""
-
-BENT = 8
-"""Steps until a chain that was found bent is checked again."""
 
 STRAIGHT = 1e-13
 """Bends up to this many radii or radians are rounding."""
@@ -73,8 +71,8 @@ class GrowthWatch:
 
     Attributes
     ----------
-    pause
-        Steps that need not be watched.
+    check
+        Tells compiled code which steps need no look.
     """
 
     def __init__(
@@ -93,14 +91,18 @@ class GrowthWatch:
         self._atol, self._radius, self._spacing = atol, radius, spacing
         self._periodic, self._warned = periodic, warned_of_straight
         self._chain: ChartedChain | None = None
+        order = integrator.chain.order
+        self._places = (6 * order[:, None] + np.arange(6)).ravel()
+        count = integrator.chain.model.count
+        self.check = BendCheck.of(count, radius, count * spacing if periodic else 0.0)
         self.restart()
 
     def restart(self) -> None:
         """Forget all steps so far: a run resumed from here has not seen them."""
         self._before = math.inf
-        self.pause = 0
+        self.check.pause[0] = 0
+        self.check.farthest[:] = 0.0
         self._links: np.ndarray | None = None
-        self._most = np.zeros(self._integrator.chain.dimension)
         self._scale = np.zeros(2)
         self._fastest = self._judged = self._step = 0.0
         self._looks = self._wait = 0
@@ -111,17 +113,19 @@ class GrowthWatch:
 
         ``y`` are the integrator's coordinates of these poses.
         """
-        if self.pause:
-            self.pause -= 1
+        check = self.check
+        if check.pause[0]:
+            check.pause[0] -= 1
             return None
-        bend = _bend(*poses, self._radius, self._periodic, LARGEST)
+        bend = bend_of(*poses, self._radius, self._periodic)
         if bend <= STRAIGHT and self._warned:
             return None
-        self._most = np.maximum(self._most, np.abs(y))
-        resolution = Resolution.of(self._integrator, self._atol, y, self._most)
+        farthest = np.maximum(check.farthest[self._places], np.abs(y))
+        check.farthest[self._places] = farthest
+        resolution = Resolution.of(self._integrator, self._atol, y, farthest)
         tolerance = resolution.across(_axis(poses[0], self._periodic))
         if bend >= min(NEARLY * tolerance, LARGEST):
-            self.pause = BENT - 1
+            check.pause[0] = BENT - 1
             return None
         falls, self._before = bend < self._before, bend
         step, left = end - begin, self._integrator.end - end
@@ -217,39 +221,6 @@ def _axis(positions: np.ndarray, periodic: bool) -> np.ndarray:
         return np.array([1.0, 0.0, 0.0])
     axis = positions[-1] - positions[0]
     return axis / max(float(np.linalg.norm(axis)), np.finfo(float).tiny)
-
-
-@kernel
-def _bend(positions, frames, radius, periodic, limit):
-    """max (|offset|/a, |e₁ × axis|) from the axis, or ``limit`` as soon as it is as large."""
-    count = positions.shape[0]
-    axis = np.zeros(3)
-    axis[0] = 1.0
-    if not periodic:
-        square = 0.0
-        for k in range(3):
-            axis[k] = positions[count - 1, k] - positions[0, k]
-            square += axis[k] * axis[k]
-        if square == 0.0:
-            return limit
-        axis /= np.sqrt(square)
-    largest, across = 0.0, np.empty(3)
-    for i in range(count):
-        for part in range(2):
-            size = 0.0
-            for k in range(3):
-                k1, k2 = (k + 1) % 3, (k + 2) % 3
-                if part == 0:
-                    first = (positions[i, k1] - positions[0, k1]) / radius
-                    second = (positions[i, k2] - positions[0, k2]) / radius
-                else:
-                    first, second = frames[i, 0, k1], frames[i, 0, k2]
-                across[k] = first * axis[k2] - second * axis[k1]
-                size += across[k] * across[k]
-            largest = max(largest, np.sqrt(size))
-        if largest >= limit:
-            return limit
-    return largest
 
 
 @kernel

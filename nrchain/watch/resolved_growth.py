@@ -24,6 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nrchain.motion.bend import LARGEST
 from nrchain.motion.integrators.base import Integrator
 from nrchain.watch.growing_modes import TINY, Growth
 from nrchain.watch.seed import BARELY, LEAST_ATOL
@@ -33,9 +34,6 @@ SEEN = 10.0
 
 SOLVED = 1e-2
 """n below which Newton's iteration, or a linear solver, may end before it has found the part."""
-
-LARGEST = 1e-2
-"""Bends of this many radii or radians no longer grow linearly: until then the largest wins."""
 
 SHARE = 1e-2
 """Parts smaller than this fraction of the bend at that time do not matter."""

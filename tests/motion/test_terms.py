@@ -8,6 +8,7 @@ from support.stepping import Probe, prepare, small, tumbling
 
 from nrchain._addresses import Callback, table_of
 from nrchain._compile import kernel
+from nrchain.motion.bend import BendCheck
 from nrchain.motion.integrators.base import Samples
 from nrchain.motion.model import Model
 from nrchain.motion.moving_chart import empty_chart
@@ -105,10 +106,10 @@ def test_many_steps_at_once_are_the_same_steps(name):
     ends = []
     for most in (1, 7, 40):
         _, integrator = prepare(small(name, 6, 400.0), "radau", 1e-6)
-        clearance, taken = integrator.equation._clearance, 0
+        taken = 0
         while taken < 40:
             samples = wanting(np.inf)
-            taken += integrator.advance(samples, min(most, 40 - taken), clearance, 1000)
+            taken += integrator.advance(samples, min(most, 40 - taken), integrator.equation.checks)
         assert taken == integrator.steps == 40
         ends.append(integrator.poses_at(integrator.reached))
     for positions, frames in ends[1:]:
@@ -116,16 +117,21 @@ def test_many_steps_at_once_are_the_same_steps(name):
         assert np.array_equal(frames, ends[0][1])
 
 
+NEARLY_STRAIGHT = {"start.amplitude": 1e-4}
+
+
 def test_steps_end_where_they_have_to_be_looked_at():
-    """At a time, after a number of unwatched steps, or where spheres may touch."""
-    _, integrator = prepare(small("buckling", 6, 400.0), "radau", 1e-6)
-    clear = integrator.equation._clearance
-    assert integrator.advance(wanting(np.inf), 100, clear, 4) == 5
+    """At a time, where spheres may touch, or where a chain that is not paused is straight."""
+    _, integrator = prepare(small("buckling", 6, 400.0, **NEARLY_STRAIGHT), "radau", 1e-6)
+    checks = integrator.equation.checks
+    bend = BendCheck.of(6, 1.0, 0.0)
+    bend.pause[0] = 4
+    assert integrator.advance(wanting(np.inf), 100, checks._replace(bend=bend)) == 5
     before = integrator.reached
-    integrator.advance(wanting(2.0 * before), 100, clear, 1000)
+    integrator.advance(wanting(2.0 * before), 100, checks)
     assert integrator.begin < 2.0 * before <= integrator.reached
-    near = clear._replace(limits=np.array([1e3, 0.0, 0.0]))
-    assert integrator.advance(wanting(np.inf), 100, near, 1000) == 1
+    near = checks.clearance._replace(limits=np.array([1e3, 0.0, 0.0]))
+    assert integrator.advance(wanting(np.inf), 100, checks._replace(clearance=near)) == 1
 
 
 def test_samples_are_the_poses_of_single_steps():
@@ -136,7 +142,7 @@ def test_samples_are_the_poses_of_single_steps():
     ends = [probe.step() for _ in range(30)]
     times = np.linspace(0.0, ends[-1], 41)[1:]
     samples = wanting(*times)
-    assert integrator.advance(samples, 30, integrator.equation._clearance, 1000) == 30
+    assert integrator.advance(samples, 30, integrator.equation.checks) == 30
     assert samples.taken == np.count_nonzero(times <= ends[-2]) > 5
     for k in range(samples.taken):
         while alone.reached < times[k]:

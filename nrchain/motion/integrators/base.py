@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
+from nrchain.motion.bend import BendCheck
+from nrchain.motion.clearance import Clearance
 from nrchain.outcome import Cause
 from nrchain.types import Poses
 
 if TYPE_CHECKING:
     from nrchain.motion.charts import ChartedChain
-    from nrchain.motion.clearance import Clearance
 
 
 class IntegrationError(Exception):
@@ -28,6 +29,13 @@ class NotFinite(IntegrationError):
 
     def __init__(self, message: str = "the velocities are not finite") -> None:
         super().__init__(message)
+
+
+class StepChecks(NamedTuple):
+    """What tells compiled code that a step needs no look: it is clear, and the chain is bent."""
+
+    clearance: Clearance
+    bend: BendCheck
 
 
 class Samples:
@@ -112,12 +120,12 @@ class Integrator(ABC):
     def step(self) -> float:
         """Take one step; return the time reached."""
 
-    def advance(self, samples: Samples, most: int, clearance: Clearance, unwatched: int) -> int:
+    def advance(self, samples: Samples, most: int, checks: StepChecks) -> int:
         """Take at most ``most`` steps, up to the first that has to be looked at; how many.
 
-        These are the step after ``unwatched`` others, any in which spheres may touch or links have
-        turned, and the one that passes the last time of ``samples``. Poses at these times are
-        sampled in that step and in those that need no look. By default, every step needs one.
+        These are any that ``checks`` do not pass, and the one that passes the last time of
+        ``samples``. Poses at these times are sampled in the steps before, which need no look. By
+        default, every step needs one.
         """
         self.step()
         return 1

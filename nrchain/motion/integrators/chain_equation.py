@@ -27,10 +27,12 @@ from nrchain._addresses import (
     vector_in,
 )
 from nrchain._compile import inlined, part
+from nrchain.motion.bend import BendCheck, is_bent
 from nrchain.motion.block_elimination import Elimination
 from nrchain.motion.chart_poses import room_to_turn
 from nrchain.motion.charts import ChartedChain
 from nrchain.motion.clearance import Clearance, is_clear
+from nrchain.motion.integrators.base import StepChecks
 from nrchain.motion.integrators.radau_steps import (
     AT,
     BEGIN,
@@ -83,8 +85,8 @@ from nrchain.potential.link import add_block_product
 from nrchain.types import Poses
 
 # Places of arrays in the table, after those of chart and terms: what steps share, the two
-# eliminations, and the search for contacts.
-SHARED, SOLVERS, CLEARANCE = 26, 35, 38
+# eliminations, and the checks of a step.
+SHARED, SOLVERS, CLEARANCE, BEND = 26, 35, 38, 41
 REAL_SCALE, PAIR_SCALE = SOLVERS + 1, SOLVERS + 2
 (
     NUMBERS_AT,
@@ -97,7 +99,7 @@ REAL_SCALE, PAIR_SCALE = SOLVERS + 1, SOLVERS + 2
     BLOCKS,
     AWAY,
 ) = range(SHARED, SOLVERS)
-ARRAYS = 41
+ARRAYS = 44
 
 
 @inlined
@@ -197,7 +199,7 @@ def _turn(t, source, target):
 
 @part
 def _look(t, source, target):
-    """Whether spheres may touch or links have turned in the step."""
+    """Whether a step has to be looked at: contacts, turned links, or a chain nearly straight."""
     vectors, before = matrix_in(t, VECTORS_AT, floats_at), matrix_in(t, PLACES, floats_at)
     ends, frames = matrix_in(t, ENDS, floats_at), cube_in(t, END_FRAMES, floats_at)
     time = vector_in(t, NUMBERS_AT, floats_at)[TIME]
@@ -207,7 +209,14 @@ def _look(t, source, target):
         vector_in(t, CLEARANCE + 1, floats_at),
         vector_in(t, CLEARANCE + 2, floats_at),
     )
-    return 0 if is_clear(clearance, before, ends, frames) else 1
+    if not is_clear(clearance, before, ends, frames):
+        return 1
+    check = BendCheck(
+        vector_in(t, BEND, integers_at),
+        vector_in(t, BEND + 1, floats_at),
+        vector_in(t, BEND + 2, floats_at),
+    )
+    return 0 if is_bent(check, ends, frames, vectors[Y]) else 1
 
 
 @part
@@ -257,13 +266,15 @@ class ChainEquation:
         Addresses, by the places of :mod:`~nrchain.motion.integrators.radau_steps`.
     numbers, counts, vectors, pair
         What steps share with the functions: see there.
+    checks
+        Which steps need no look; at first, none needs one.
     """
 
     def __init__(
         self, chain: ChartedChain, end: float, rtol: float, atol: np.ndarray, fixed: float
     ) -> None:
         model, count = chain.model, chain.model.count
-        self._terms, self._clearance = ModelTerms(model), _nothing_near(count, model.period)
+        self._terms, self.checks = ModelTerms(model), _unchecked(count, model.period)
         self.numbers, self.counts = np.zeros(NUMBERS), np.zeros(COUNTS, np.int64)
         self.vectors = np.zeros((VECTORS, 6 * count))
         self.pair = np.zeros(6 * count, complex)
@@ -287,7 +298,8 @@ class ChainEquation:
             np.zeros(6 * count),
             np.array(solvers),
             *(elimination.scale for elimination in self._eliminations),
-            *self._clearance,
+            *self.checks.clearance,
+            *self.checks.bend,
         )
         self._table = table_of(self._arrays)
         self.functions = np.zeros(FUNCTIONS, np.int64)
@@ -300,11 +312,11 @@ class ChainEquation:
         """Whether terms may have a derivative beyond their blocks."""
         return len(self._terms.tables.far) > 0
 
-    def watch(self, clearance: Clearance) -> None:
-        """Look at steps by this search for contacts from now on."""
-        if clearance is not self._clearance:
-            self._clearance = clearance
-            self._table[CLEARANCE:] = table_of(clearance)
+    def watch(self, checks: StepChecks) -> None:
+        """Look at steps by these checks from now on."""
+        if checks is not self.checks:
+            self.checks = checks
+            self._table[CLEARANCE:] = table_of([*checks.clearance, *checks.bend])
 
     def call(self, which: int, source: int, target: int = 0) -> int:
         """Call a direct function of the chain for vectors at these addresses; returns a status."""
@@ -322,7 +334,9 @@ class ChainEquation:
         self._terms.raise_error()
 
 
-def _nothing_near(count: int, period: float) -> Clearance:
-    """A search that passes every step."""
-    limits = np.array([-np.inf, period, 0.0])
-    return Clearance(np.zeros((count, 3)), np.zeros(1), limits)
+def _unchecked(count: int, period: float) -> StepChecks:
+    """Checks that pass every step."""
+    clearance = Clearance(np.zeros((count, 3)), np.zeros(1), np.array([-np.inf, period, 0.0]))
+    bend = BendCheck.of(count, 1.0, period)
+    bend.pause[0] = np.iinfo(np.int64).max
+    return StepChecks(clearance, bend)

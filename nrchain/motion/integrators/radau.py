@@ -19,9 +19,14 @@ from typing import NoReturn
 import numpy as np
 
 from nrchain.motion.charts import ChartedChain
-from nrchain.motion.clearance import Clearance
 from nrchain.motion.integrators import radau_steps as steps
-from nrchain.motion.integrators.base import IntegrationError, Integrator, NotFinite, Samples
+from nrchain.motion.integrators.base import (
+    IntegrationError,
+    Integrator,
+    NotFinite,
+    Samples,
+    StepChecks,
+)
 from nrchain.motion.integrators.chain_equation import ChainEquation
 from nrchain.motion.integrators.far_pairs import solve_with_far_pairs
 from nrchain.motion.integrators.stage_solver import KrylovSolver
@@ -81,17 +86,17 @@ class Radau(Integrator):
         self.begin = self.reached = time
 
     def step(self) -> float:
-        self._advance(Samples(0, 0), 1, 0)
+        self._advance(Samples(0, 0), 1)
         return self.reached
 
-    def advance(self, samples: Samples, most: int, clearance: Clearance, unwatched: int) -> int:
-        self.equation.watch(clearance)
-        return self._advance(samples, most, unwatched)
+    def advance(self, samples: Samples, most: int, checks: StepChecks) -> int:
+        self.equation.watch(checks)
+        return self._advance(samples, most)
 
-    def _advance(self, samples: Samples, most: int, unwatched: int) -> int:
+    def _advance(self, samples: Samples, most: int) -> int:
         to = samples.positions.ctypes.data, samples.frames.ctypes.data
         status, taken = steps.advance(
-            *self._state, self.equation.pair, most, unwatched, samples.times, samples.counted, *to
+            *self._state, self.equation.pair, most, samples.times, samples.counted, *to
         )
         samples.taken = int(self.equation.counts[steps.SAMPLED])
         samples.counted[: samples.taken, 1] += self.chain.evaluations

@@ -364,15 +364,13 @@ def _take_step(functions, numbers, counts, vectors, pair):
 
 
 @kernel(nogil=True)
-def advance(
-    functions, numbers, counts, vectors, pair, most, unwatched, times, counted, positions, frames
-):
+def advance(functions, numbers, counts, vectors, pair, most, times, counted, positions, frames):
     """Steps up to the first that has to be looked at; returns a status and their number.
 
-    These are the step after ``unwatched`` others, the last of ``most``, any that LOOK does not
-    pass, and the one that passes the last of ``times`` (T,). Of all others the poses at ``times``
-    are sampled, to arrays at the addresses ``positions`` and ``frames``, with the steps and the
-    evaluations ``counted`` (T, 2) by then; counts[SAMPLED] is their number.
+    These are the last of ``most``, the one that passes the last of ``times`` (T,), and any that
+    LOOK does not pass. Of all others the poses at ``times`` are sampled, to arrays at the addresses
+    ``positions`` and ``frames``, with the steps and the evaluations ``counted`` (T, 2) by then;
+    counts[SAMPLED] is their number.
     """
     taken, sampled, sphere = 0, 0, 8 * (vectors.shape[1] // 6)
     counts[SAMPLED] = 0
@@ -381,7 +379,7 @@ def advance(
         if status != ADVANCED:
             return status, taken
         taken += 1
-        if taken > unwatched or taken == most:
+        if taken == most or not times.shape[0] or times[-1] <= numbers[TIME]:
             break
         if call(functions[LOOK], functions[CONTEXT], 0, 0, 0, LOOK):
             break
@@ -392,8 +390,6 @@ def advance(
             call(functions[POSES], functions[CONTEXT], to[0], to[1], 0, POSES)
             sampled += 1
             counts[SAMPLED] = sampled
-        if sampled == times.shape[0]:
-            break
     return ADVANCED, taken
 
 
