@@ -45,7 +45,8 @@ class SlipEffect(FlowEffect):
 
     @classmethod
     def acts(cls, scene: Scene) -> bool:
-        return cls.mode.label in active_modes(scene)
+        slip = scene.slip.modes.get(cls.mode.label)
+        return slip is not None and bool(np.any(slip.strength))
 
     @classmethod
     def without(cls, scene: Scene) -> Scene:

@@ -45,8 +45,8 @@ class BendCheck(NamedTuple):
 
 
 @kernel
-def bend_of(positions, frames, radius, periodic):
-    """max (|offset|/a, |e₁ × axis|) from the axis, or LARGEST as soon as it is as large.
+def bend_of(positions, frames, radius, periodic, limit):
+    """max |offset|/a and max |e₁ × axis|, up to the first sphere at which one reaches ``limit``.
 
     The axis is x for a periodic chain and joins the ends of an open one.
     """
@@ -59,25 +59,20 @@ def bend_of(positions, frames, radius, periodic):
             axis[k] = positions[count - 1, k] - positions[0, k]
             square += axis[k] * axis[k]
         if square == 0.0:
-            return LARGEST
+            return limit, limit
         axis /= np.sqrt(square)
-    largest, across = 0.0, np.empty(3)
+    farthest, most_tilted = 0.0, 0.0
     for i in range(count):
-        for which in range(2):
-            size = 0.0
-            for k in range(3):
-                k1, k2 = (k + 1) % 3, (k + 2) % 3
-                if which == 0:
-                    first = (positions[i, k1] - positions[0, k1]) / radius
-                    second = (positions[i, k2] - positions[0, k2]) / radius
-                else:
-                    first, second = frames[i, 0, k1], frames[i, 0, k2]
-                across[k] = first * axis[k2] - second * axis[k1]
-                size += across[k] * across[k]
-            largest = max(largest, np.sqrt(size))
-        if largest >= LARGEST:
-            return LARGEST
-    return largest
+        offset, tilt = 0.0, 0.0
+        for k in range(3):
+            k1, k2 = (k + 1) % 3, (k + 2) % 3
+            first, second = positions[i, k1] - positions[0, k1], positions[i, k2] - positions[0, k2]
+            offset += ((first * axis[k2] - second * axis[k1]) / radius) ** 2
+            tilt += (frames[i, 0, k1] * axis[k2] - frames[i, 0, k2] * axis[k1]) ** 2
+        farthest, most_tilted = max(farthest, np.sqrt(offset)), max(most_tilted, np.sqrt(tilt))
+        if max(farthest, most_tilted) >= limit:
+            break
+    return farthest, most_tilted
 
 
 @part
@@ -87,7 +82,7 @@ def is_bent(check, positions, frames, y):
         check.pause[0] -= 1
         return True
     radius, period = check.lengths[0], check.lengths[1]
-    if bend_of(positions, frames, radius, period > 0.0) < LARGEST:
+    if max(bend_of(positions, frames, radius, period > 0.0, LARGEST)) < LARGEST:
         return False
     for m in range(y.shape[0]):
         check.farthest[m] = max(check.farthest[m], abs(y[m]))

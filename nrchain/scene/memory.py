@@ -23,14 +23,18 @@ def pose_bytes(scene: Scene) -> int:
     return 12 * 8 * scene.chain.particles
 
 
+def snapshot_bytes(scene: Scene) -> int:
+    """Bytes of one snapshot with its marks."""
+    box = BOX_BYTES if scene.chain.ends == "periodic" else 0
+    return pose_bytes(scene) + SNAPSHOT_MARKS + box
+
+
 def refuse_snapshots(scene: Scene, free: int, where: str, snapshots: int | None = None) -> None:
     """Raise :class:`~nrchain.errors.SceneError` if the snapshots need more than ``free`` bytes.
 
     ``where`` says in the error where these are. ``snapshots`` is by default that of the scene.
     """
-    each = pose_bytes(scene) + SNAPSHOT_MARKS
-    if scene.chain.ends == "periodic":
-        each += BOX_BYTES
+    each = snapshot_bytes(scene)
     snapshots = scene.run.snapshots if snapshots is None else snapshots
     if each * snapshots <= free:
         return

@@ -55,7 +55,10 @@ def _random_offsets(scene: Scene, count: int) -> tuple[np.ndarray, np.ndarray]:
         return offsets, neighbours / (2.0 * scene.chain.spacing)
     if scene.chain.ends == "clamped":
         offsets[0] = offsets[-1] = 0.0
-    slopes = np.gradient(offsets, scene.chain.spacing, axis=0)
+    slopes, spacing = np.empty_like(offsets), scene.chain.spacing
+    slopes[1:-1] = (offsets[2:] - offsets[:-2]) / (2.0 * spacing)
+    slopes[0] = (offsets[1] - offsets[0]) / spacing
+    slopes[-1] = (offsets[-1] - offsets[-2]) / spacing
     if scene.chain.ends == "clamped":
         slopes[0] = slopes[-1] = 0.0
     return offsets, slopes
@@ -68,7 +71,9 @@ def frames_along(tangents: np.ndarray) -> np.ndarray:
     They are singular only for a tangent against x.
     """
     x, y, z = np.transpose(tangents)
-    twisted = y * z / (1.0 + x)
-    second = np.stack([-y, 1.0 - y * y / (1.0 + x), -twisted], axis=1)
-    third = np.stack([-z, -twisted, 1.0 - z * z / (1.0 + x)], axis=1)
-    return np.stack([tangents, second, third], axis=1)
+    frames = np.empty((len(tangents), 3, 3))
+    frames[:, 0] = tangents
+    frames[:, 1, 0], frames[:, 2, 0] = -y, -z
+    frames[:, 1, 1], frames[:, 2, 2] = 1.0 - y * y / (1.0 + x), 1.0 - z * z / (1.0 + x)
+    frames[:, 1, 2] = frames[:, 2, 1] = -y * z / (1.0 + x)
+    return frames

@@ -9,11 +9,15 @@ from typing import ClassVar, Protocol
 import numpy as np
 
 from nrchain.outcome import Settled, Stop
-from nrchain.scene.memory import refuse_snapshots
+from nrchain.scene.memory import refuse_snapshots, snapshot_bytes
 from nrchain.scene.scene import Scene
 from nrchain.trajectory.checkpoint import Checkpoint
 from nrchain.trajectory.error_estimate import NOT_KNOWN, ErrorEstimate
 from nrchain.trajectory.trajectory import Trajectory
+
+
+SMALL = 2**24
+"""Bytes of a trajectory below which it is not compared with what is free."""
 
 
 class Recorder(Protocol):
@@ -52,7 +56,8 @@ class MemoryRecorder:
     outlives_run: ClassVar[bool] = False
 
     def __init__(self, scene: Scene) -> None:
-        refuse_snapshots(scene, available_memory(), "free in memory")
+        if snapshot_bytes(scene) * scene.run.snapshots > SMALL:
+            refuse_snapshots(scene, available_memory(), "free in memory")
         snapshots, count = scene.run.snapshots, scene.chain.particles
         self.time = np.full(snapshots, np.nan)
         self.positions = np.empty((snapshots, count, 3))

@@ -117,7 +117,7 @@ class GrowthWatch:
         if check.pause[0]:
             check.pause[0] -= 1
             return None
-        bend = bend_of(*poses, self._radius, self._periodic)
+        bend = max(bend_of(*poses, self._radius, self._periodic, LARGEST))
         if bend <= STRAIGHT and self._warned:
             return None
         farthest = np.maximum(check.farthest[self._places], np.abs(y))

@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from nrchain.errors import SceneError
+from nrchain.motion.bend import bend_of
 from nrchain.scene.scene import Scene
 
 RESOLVED = 1e3
@@ -20,6 +21,9 @@ RESOLVED = 1e3
 
 BARELY = 1e2
 """A seed below this many ``run.atol`` grows with an error of more than several percent."""
+
+ROUNDING = 4.0 * float(np.finfo(float).eps)
+"""Of the directions of axes, and of positions relative to their distance from the origin."""
 
 LEAST_ATOL = 1e-14
 """The least that ``run.atol`` may be."""
@@ -31,21 +35,18 @@ def seed_amplitude(scene: Scene, positions: np.ndarray, frames: np.ndarray) -> f
     The axis is x for a periodic chain and joins the ends of an open one. A bend within rounding
     counts as 0.
     """
-    offsets, axis = positions - positions[0], np.array([1.0, 0.0, 0.0])
-    rounding = 4.0 * float(np.finfo(float).eps)
-    far, unsure = float(np.abs(positions).max()), rounding
-    if scene.chain.ends != "periodic":
-        length = float(np.linalg.norm(offsets[-1]))
-        if not length:
-            return math.inf
+    periodic, radius = scene.chain.ends == "periodic", scene.chain.radius
+    across, tilt = bend_of(positions, frames, radius, periodic, math.inf)
+    if math.isinf(across):
+        return across
+    far, unsure = float(np.abs(positions).max()), ROUNDING
+    if not periodic:
         # the axis turns with the rounding of the positions of its ends
-        axis, unsure = offsets[-1] / length, rounding * max(far / length, 1.0)
-    radius = scene.chain.radius
-    tilt = float(np.linalg.norm(np.cross(frames[:, 0], axis), axis=1).max())
-    across = float(np.linalg.norm(np.cross(offsets, axis), axis=1).max()) / radius
+        length = math.dist(positions[-1], positions[0])
+        unsure = ROUNDING * max(far / length, 1.0)
     return max(
         tilt if tilt > unsure else 0.0,
-        across if across > rounding * max(far / radius, 1.0) else 0.0,
+        across if across > ROUNDING * max(far / radius, 1.0) else 0.0,
     )
 
 

@@ -5,8 +5,6 @@ import pytest
 
 from nrchain._compile import kernel
 from nrchain.motion.bend import BENT, LARGEST, BendCheck, bend_of, is_bent
-from nrchain.scene.loading import load_scene
-from nrchain.watch.seed import seed_amplitude
 
 RADIUS, SPACING, COUNT = 1.3, 4.1, 7
 
@@ -30,15 +28,18 @@ def poses(size, periodic=False, seed=3):
     return positions @ turn.T, frames @ turn.T
 
 
-@pytest.mark.parametrize("ends", ["free", "periodic"])
-@pytest.mark.parametrize("size", [1e-5, 1e-3])
-def test_the_bend_is_that_of_the_start_of_a_run(ends, size):
-    keys = {"particles": COUNT, "radius": RADIUS, "spacing": SPACING, "ends": ends}
-    scene = load_scene({"chain": keys, "run": {"end": 1.0}})
-    found = poses(size, ends == "periodic")
-    expected = seed_amplitude(scene, *found)
-    assert size < expected < LARGEST
-    assert bend_of(*found, RADIUS, ends == "periodic") == pytest.approx(expected, rel=1e-9)
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("size", [1e-5, 1e-3, 0.3])
+def test_the_bend_is_the_largest_offset_and_the_largest_tilt_from_the_axis(periodic, size):
+    positions, frames = poses(size, periodic)
+    offsets = positions - positions[0]
+    axis = np.array([1.0, 0.0, 0.0]) if periodic else offsets[-1] / np.linalg.norm(offsets[-1])
+    farthest = np.linalg.norm(offsets - np.outer(offsets @ axis, axis), axis=1).max() / RADIUS
+    tilt = np.sqrt(1.0 - (frames[:, 0] @ axis) ** 2).max()
+    found = bend_of(positions, frames, RADIUS, periodic, np.inf)
+    assert found == pytest.approx((farthest, tilt), rel=1e-5)
+    early = bend_of(positions, frames, RADIUS, periodic, 0.5 * farthest)
+    assert 0.5 * farthest <= max(early) <= max(found)
 
 
 def test_a_bent_chain_is_checked_every_eighth_step_and_a_straight_one_is_looked_at():
@@ -60,4 +61,4 @@ def test_a_bent_chain_is_checked_every_eighth_step_and_a_straight_one_is_looked_
 def test_a_chain_whose_ends_meet_is_bent():
     positions, frames = poses(0.0)
     positions[-1] = positions[0]
-    assert bend_of(positions, frames, RADIUS, False) == LARGEST
+    assert bend_of(positions, frames, RADIUS, False, LARGEST) == (LARGEST, LARGEST)

@@ -145,7 +145,7 @@ def test_the_size_of_the_bend_of_a_bent_chain_is_computed_every_eighth_step(
     bent = {"start.shape": "sine", "start.amplitude": 10.0, "run.rtol": 1e-9, "run.atol": 1e-9}
     run = nrchain.simulate(passive(**bent, **{"run.integrator": integrator}))
     every_eighth = math.ceil(run.counters["steps"] / growth.BENT)
-    assert set(looks) == {growth.LARGEST}
+    assert min(map(max, looks)) >= growth.LARGEST
     assert every_eighth > 10
     assert len(looks) == every_eighth if integrator == "cvode" else len(looks) < every_eighth
 
