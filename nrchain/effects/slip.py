@@ -16,7 +16,6 @@ from nrchain.effects.base import Cost, Effect
 from nrchain.effects.registry import register_family
 from nrchain.effects.shared.slip_flow import (
     FlowEffect,
-    active_modes,
     make_flow,
     mode_scale,
     pairs_within,

@@ -138,12 +138,16 @@ class Loop:
 
     def _record(self) -> None:
         """Record what was sampled in steps that need no look."""
-        samples = self._samples
-        times, counted = samples.times[: samples.taken], samples.counted[: samples.taken]
-        rows = times.tolist(), counted.tolist(), samples.positions, samples.frames
-        for time, counts, positions, frames in zip(*rows, strict=False):
-            self.recording.write(time, (positions, frames), counts)
-            self.watches.check_snapshot(time, (positions, frames))
+        samples, watched = self._samples, self.watches.look_at_snapshots
+        if not samples.taken:
+            return
+        if self.recording.takes_many and not watched:
+            self.recording.write_sampled(samples, 0, samples.taken)
+            return
+        for k in range(samples.taken):
+            self.recording.write_sampled(samples, k, k + 1)
+            poses = samples.positions[k], samples.frames[k]
+            self.watches.check_snapshot(float(samples.times[k]), poses)
 
     def _pass(self, time: float, steps: int) -> None:
         """Note that so many steps led to ``time``, none of which has to be looked at."""

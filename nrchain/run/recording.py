@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from nrchain.motion.charts import ChartedChain
+from nrchain.motion.integrators.base import Samples
 from nrchain.progress import Shown
 from nrchain.run.counters import Counters
 from nrchain.scene.scene import Scene
+from nrchain.trajectory.block import Block
 from nrchain.trajectory.checkpoint import Checkpoint
 from nrchain.trajectory.recorder import Recorder
 from nrchain.types import Poses
@@ -84,30 +86,52 @@ class Recording:
         while not self.is_complete and self.times[self.snapshot] <= until:
             yield float(self.times[self.snapshot])
 
-    def write(self, time: float, poses: Poses, counted: Sequence[int] | None = None) -> None:
-        """Record the poses at ``time`` as the next snapshot.
+    @property
+    def takes_many(self) -> bool:
+        """Whether several snapshots may be written at once."""
+        return self._recorder.takes_many
 
-        ``counted`` are the steps and right-hand sides of the present run by then, for a snapshot
-        that later steps have passed.
+    def write(self, time: float, poses: Poses) -> None:
+        """Record the poses at ``time`` as the next snapshot."""
+        self._write(Block.of_one(time, *poses, int(self._counters.steps)), None)
+
+    def write_sampled(self, samples: Samples, begin: int, end: int) -> None:
+        """Record some of the poses that steps have passed as the next snapshots."""
+        rows = slice(begin, end)
+        counted = samples.counted[rows]
+        steps = counted[:, 0] + int(self._counters.steps_after(0))
+        sampled = samples.times[rows], samples.positions[rows], samples.frames[rows]
+        self._write(Block(*sampled, steps), counted)
+
+    def _write(self, block: Block, counted: np.ndarray | None) -> None:
+        """Record a block; ``counted`` are steps and right-hand sides of this run by each snapshot.
+
+        None stands for the present ones.
         """
-        steps = int(self._counters.steps_after(counted[0]) if counted else self._counters.steps)
+        first = self.snapshot
         if not (self._recorder.outlives_run or self._progress):
             # a copy in memory takes less time than two looks at the clock
-            self._recorder.write(self.snapshot, time, *poses, steps)
-            self.snapshot += 1
+            self._recorder.write(first, block)
+            self.snapshot += len(block.time)
             return
         with self._counters.stopwatch.paused():
-            self._recorder.write(self.snapshot, time, *poses, steps)
+            self._recorder.write(first, block)
             if self._recorder.outlives_run:
                 self.write_counters()
-            self.snapshot += 1
+            self.snapshot += len(block.time)
             if self._progress:
-                counters = self._counters.table()
-                if counted:
-                    counters |= self._counters.at(*counted)
-                where = time, self.end, self.snapshot, len(self.times)
-                with np.errstate(**self._caller):
-                    self._progress(Progress(*where, counters, counters["wall_time"]))
+                self._report(first, block, counted)
+
+    def _report(self, first: int, block: Block, counted: np.ndarray | None) -> None:
+        """Tell the caller of each snapshot of a block."""
+        assert self._progress
+        for k, time in enumerate(block.time.tolist()):
+            counters = self._counters.table()
+            if counted is not None:
+                counters |= self._counters.at(*counted[k].tolist())
+            where = time, self.end, first + k + 1, len(self.times)
+            with np.errstate(**self._caller):
+                self._progress(Progress(*where, counters, counters["wall_time"]))
 
     def write_last(self, time: float, poses: Poses) -> None:
         """Record the poses at which a run stops, in place of the snapshot that is due next."""

@@ -19,8 +19,8 @@ from nrchain.run.preparation import Start, prepare
 from nrchain.run.recording import snapshot_times
 from nrchain.scene.chain_sections import LEAST_TOLERANCE, TIGHTER
 from nrchain.scene.scene import Scene
+from nrchain.trajectory.block import Block
 from nrchain.trajectory.checkpoint import Checkpoint
-from nrchain.trajectory.error_estimate import ErrorEstimate
 from nrchain.types import Poses
 
 AHEAD = 2
@@ -113,22 +113,16 @@ class _Feed:
     """The recorder of the second run, which hands over each snapshot that is due."""
 
     outlives_run: ClassVar[bool] = False
+    takes_many: ClassVar[bool] = True
 
     def __init__(self, times: np.ndarray, hand_over: Callable[[Snapshot], None]) -> None:
         self._times, self._hand_over = times, hand_over
 
-    def write(
-        self,
-        index: int,
-        time: float,
-        positions: np.ndarray,
-        frames: np.ndarray,
-        step: int,
-        error: ErrorEstimate | None = None,
-    ) -> None:
-        # the poses at which a run stops are no snapshot that is due
-        if time == self._times[index]:
-            self._hand_over(Snapshot(index, (positions.copy(), frames.copy())))
+    def write(self, index: int, block: Block) -> None:
+        for k, (time, positions, frames) in enumerate(zip(*block[:3], strict=True), index):
+            # the poses at which a run stops are no snapshot that is due
+            if time == self._times[k]:
+                self._hand_over(Snapshot(k, (positions.copy(), frames.copy())))
 
     def checkpoint(self, checkpoint: Checkpoint) -> None:
         """Do nothing: the second run of a resumed one starts anew."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import ClassVar
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from nrchain.run.preparation import Start
 from nrchain.run.recording import snapshot_times
 from nrchain.run.second_run import Ended, SecondRun, Snapshot
 from nrchain.scene.chain_sections import TIGHTER
+from nrchain.trajectory.block import Block
 from nrchain.trajectory.error_estimate import NOT_KNOWN, ErrorEstimate
 from nrchain.trajectory.recorder import Recorder
 from nrchain.types import Poses
@@ -45,6 +47,8 @@ def verified(
 class _VerifiedRecorder:
     """Records each snapshot with its distance from that of the second run."""
 
+    takes_many: ClassVar[bool] = False
+
     def __init__(
         self,
         recorder: Recorder,
@@ -59,17 +63,10 @@ class _VerifiedRecorder:
         self._latest: Snapshot | Ended | None = None
         self.checkpoint, self.update_counters = recorder.checkpoint, recorder.update_counters
 
-    def write(
-        self,
-        index: int,
-        time: float,
-        positions: np.ndarray,
-        frames: np.ndarray,
-        step: int,
-        error: ErrorEstimate | None = None,
-    ) -> None:
-        error = self._error(index, time, (positions, frames))
-        self._recorder.write(index, time, positions, frames, step, error)
+    def write(self, index: int, block: Block) -> None:
+        poses = block.positions[0], block.frames[0]
+        errors = np.array([self._error(index, float(block.time[0]), poses)])
+        self._recorder.write(index, block._replace(errors=errors))
 
     def _error(self, index: int, time: float, poses: Poses) -> ErrorEstimate:
         if time != self._times[index]:

@@ -48,6 +48,11 @@ class Watches:
         stop = self.guard.watch(begin, before, end, reached, poses_at)
         return self.growth.watch(begin, end, reached, y) if stop is None else stop
 
+    @property
+    def look_at_snapshots(self) -> bool:
+        """Whether any of them may end the run at a snapshot."""
+        return bool(self.friction or self.neglected or self.settled)
+
     def check_snapshot(self, time: float, poses: Poses) -> None:
         """Raise Stop or Settled of :mod:`nrchain.outcome` if a snapshot ends the run."""
         if self.friction:

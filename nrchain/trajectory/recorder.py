@@ -11,10 +11,10 @@ import numpy as np
 from nrchain.outcome import Settled, Stop
 from nrchain.scene.memory import refuse_snapshots, snapshot_bytes
 from nrchain.scene.scene import Scene
+from nrchain.trajectory.block import Block
 from nrchain.trajectory.checkpoint import Checkpoint
-from nrchain.trajectory.error_estimate import NOT_KNOWN, ErrorEstimate
+from nrchain.trajectory.error_estimate import NOT_KNOWN
 from nrchain.trajectory.trajectory import Trajectory
-
 
 SMALL = 2**24
 """Bytes of a trajectory below which it is not compared with what is free."""
@@ -26,21 +26,18 @@ class Recorder(Protocol):
     Attributes
     ----------
     outlives_run
-        Whether what is written remains if the run is killed: then counters go with every snapshot.
+        Whether what is written remains if the run is killed: then counters go with every block.
+    takes_many
+        Whether a block may have more than one snapshot.
     """
 
     @property
     def outlives_run(self) -> bool: ...
 
-    def write(
-        self,
-        index: int,
-        time: float,
-        positions: np.ndarray,
-        frames: np.ndarray,
-        step: int,
-        error: ErrorEstimate | None = None,
-    ) -> None: ...
+    @property
+    def takes_many(self) -> bool: ...
+
+    def write(self, index: int, block: Block) -> None: ...
 
     def checkpoint(self, checkpoint: Checkpoint) -> None: ...
 
@@ -54,6 +51,7 @@ class MemoryRecorder:
     """
 
     outlives_run: ClassVar[bool] = False
+    takes_many: ClassVar[bool] = True
 
     def __init__(self, scene: Scene) -> None:
         if snapshot_bytes(scene) * scene.run.snapshots > SMALL:
@@ -65,18 +63,12 @@ class MemoryRecorder:
         self.errors = np.full((snapshots, 2), NOT_KNOWN) if scene.run.verify else None
         self.counters: dict[str, float] = {}
 
-    def write(
-        self,
-        index: int,
-        time: float,
-        positions: np.ndarray,
-        frames: np.ndarray,
-        step: int,
-        error: ErrorEstimate | None = None,
-    ) -> None:
-        self.positions[index], self.frames[index], self.time[index] = positions, frames, time
-        if self.errors is not None and error is not None:
-            self.errors[index] = error
+    def write(self, index: int, block: Block) -> None:
+        rows = slice(index, index + len(block.time))
+        self.positions[rows], self.frames[rows] = block.positions, block.frames
+        self.time[rows] = block.time
+        if self.errors is not None and block.errors is not None:
+            self.errors[rows] = block.errors
 
     def checkpoint(self, checkpoint: Checkpoint) -> None:
         """Do nothing: memory does not outlive the process."""

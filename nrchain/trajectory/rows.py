@@ -1,4 +1,4 @@
-"""Rows of a data set, written one at a time by the calls of HDF5 itself.
+"""Rows of a data set, written by the calls of HDF5 itself.
 
 A snapshot of a small chain is a few rows of some kilobytes. The indexing of h5py takes several
 times as long to find their place as HDF5 takes to write them.
@@ -20,30 +20,27 @@ class Rows:
     >>> data = file.create_dataset("data", (0, 2), float, maxshape=(None, 2))
     >>> rows = Rows(data)
     >>> rows.resize(2)
-    >>> rows.write(1, [3.0, 4.0])
+    >>> rows.write(1, [[3.0, 4.0]])
     >>> data[1]
     array([3., 4.])
     """
 
     def __init__(self, data: Any) -> None:
-        from h5py import h5s
-
         self.data = data
-        self._block = (1, *data.shape[1:])
-        self._origin = (0,) * len(data.shape[1:])
-        self._memory = h5s.create_simple(self._block)
+        self._row: tuple[int, ...] = data.shape[1:]
 
     def resize(self, count: int) -> None:
         """Set the number of rows."""
-        self.data.id.set_extent((count, *self._block[1:]))
+        self.data.id.set_extent((count, *self._row))
 
-    def write(self, index: int, values: ArrayLike) -> None:
-        """Write row ``index``; values of fewer axes are repeated."""
+    def write(self, first: int, values: ArrayLike) -> None:
+        """Write the rows from ``first`` on."""
+        from h5py import h5s
+
+        rows = np.ascontiguousarray(values, self.data.dtype)
         place = self.data.id.get_space()
-        place.select_hyperslab((index, *self._origin), self._block)
-        row = np.empty(self._block, self.data.dtype)
-        row[0] = values
-        put(self.data, self._memory, place, row)
+        place.select_hyperslab((first, *len(self._row) * (0,)), rows.shape)
+        put(self.data, h5s.create_simple(rows.shape), place, rows)
 
 
 def write_whole(data: Any, values: ArrayLike) -> None:

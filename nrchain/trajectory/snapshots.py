@@ -1,8 +1,8 @@
-"""The snapshots in the file of a run. They grow one by one, and readers see only finished ones.
+"""The snapshots in the file of a run. They grow, and readers see only finished ones.
 
-A snapshot is written into bytes that the file already owns, and then the sizes of all series are
-set to include it. In a flush HDF5 writes data before sizes, and the sizes one after the other. If a
-run is killed in between, only some of them are set: a snapshot is finished if all include it.
+Snapshots are written into bytes that the file already owns, and then the sizes of all series are
+set to include them. In a flush HDF5 writes data before sizes, and the sizes one after the other. If
+a run is killed in between, only some of them are set: a snapshot is finished if all include it.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ import numpy as np
 
 from nrchain.scene.scene import Scene
 from nrchain.trajectory import layout as h5md
+from nrchain.trajectory.block import Block
 from nrchain.trajectory.checked_datasets import dataset
-from nrchain.trajectory.error_estimate import ErrorEstimate
 from nrchain.trajectory.reader import finished_snapshots, snapshot_rows
 from nrchain.trajectory.rows import Rows
 
@@ -47,60 +47,51 @@ class SnapshotSeries:
         self.count = finished_snapshots(file)
         self.cut(self.count)
 
-    def holds(
-        self,
-        index: int,
-        time: float,
-        positions: np.ndarray,
-        frames: np.ndarray,
-        step: int,
-        error: ErrorEstimate,
-    ) -> bool:
-        """Whether snapshot ``index`` is finished and equal to this one to the last bit."""
-        return (
-            index < self.count
-            and self._times.data[index] == time
-            and self._steps.data[index] == step
-            and np.array_equal(self._positions.data[index], positions)
-            and np.array_equal(self._frames.data[index], frames)
-            and all(
-                np.array_equal(series.data[index], value, equal_nan=True)
-                for series, value in zip(self._errors, error, strict=False)
-            )
-        )
+    def held(self, index: int, block: Block) -> int:
+        """How many of the first snapshots of a block, from ``index`` on, the file holds.
 
-    def append(
-        self,
-        time: float,
-        positions: np.ndarray,
-        frames: np.ndarray,
-        step: int,
-        error: ErrorEstimate,
-    ) -> None:
-        """Add one snapshot. Readers of the file see it once this returns."""
+        They are finished, and equal to the last bit.
+        """
+        most = min(len(block.time), self.count - index)
+        if most <= 0:
+            return 0
+        rows, new = slice(index, index + most), block.part(0, most)
+        errors = new.errors_known()
+        there = [self._times, self._steps, self._positions, self._frames, *self._errors]
+        here = [new.time, new.steps, new.positions, new.frames, *errors.T]
+        equal = np.ones(most, bool)
+        for series, values in zip(there, here, strict=False):
+            kept = series.data[rows]
+            same = (kept == values) | ((kept != kept) & (values != values))
+            equal &= same.reshape(most, -1).all(axis=1)
+        return most if equal.all() else int(np.argmin(equal))
+
+    def append(self, block: Block) -> None:
+        """Add snapshots. Readers of the file see them once this returns."""
+        first, count = self.count, self.count + len(block.time)
         try:
             for series in self._all:
-                series.resize(self.count + 1)
-            self._positions.write(self.count, positions)
-            self._frames.write(self.count, frames)
-            self._steps.write(self.count, step)
+                series.resize(count)
+            self._positions.write(first, block.positions)
+            self._frames.write(first, block.frames)
+            self._steps.write(first, block.steps)
             if self._edges is not None:
-                self._edges.write(self.count, self._length)
-            for series, value in zip(self._errors, error, strict=False):
-                series.write(self.count, value)
-            self._times.write(self.count, time)
-            self._finished.write(0, self.count + 1)
+                self._edges.write(first, np.full((len(block.time), 3), self._length))
+            for series, values in zip(self._errors, block.errors_known().T, strict=False):
+                series.write(first, values)
+            self._times.write(first, block.time)
+            self._finished.write(0, [count])
         except BaseException:
-            self.cut(self.count)
+            self.cut(first)
             raise
         self._file.flush()
-        self.count += 1
+        self.count = count
 
     def cut(self, count: int) -> None:
         """Keep only the first ``count`` snapshots."""
         if any(len(series.data) > count for series in self._all):
             # HDF5 erases data beyond a size before it sets the size
-            self._finished.write(0, count)
+            self._finished.write(0, [count])
             self._file.flush()
             for series in self._all:
                 series.resize(count)

@@ -21,6 +21,7 @@ from nrchain.outcome import Cause
 from nrchain.planning.choice import Choice
 from nrchain.scene.scene import Scene
 from nrchain.trajectory import layout as h5md
+from nrchain.trajectory.block import Block
 from nrchain.trajectory.checked_datasets import damage_errors, dataset, require_array
 from nrchain.trajectory.checkpoint import (
     Checkpoint,
@@ -29,7 +30,6 @@ from nrchain.trajectory.checkpoint import (
     latest_checkpoint,
 )
 from nrchain.trajectory.data_file import DataFile
-from nrchain.trajectory.error_estimate import NOT_KNOWN, ErrorEstimate
 from nrchain.trajectory.file import create, file_errors, locate, lock_existing, open_file
 from nrchain.trajectory.layout import COUNTERS
 from nrchain.trajectory.provenance import Provenance
@@ -50,6 +50,7 @@ class TrajectoryWriter:
     """
 
     outlives_run: ClassVar[bool] = True
+    takes_many: ClassVar[bool] = True
 
     def __init__(
         self,
@@ -115,34 +116,26 @@ class TrajectoryWriter:
         self._size = self._data.size()
         self._cut_to: int | None = None
 
-    def write(
-        self,
-        index: int,
-        time: float,
-        positions: np.ndarray,
-        frames: np.ndarray,
-        step: int,
-        error: ErrorEstimate | None = None,
-    ) -> None:
-        """Record snapshot ``index``: ``positions (N, 3)``, ``frames (N, 3, 3)`` after ``step``.
+    def write(self, index: int, block: Block) -> None:
+        """Record snapshots, the first of them at ``index``.
 
-        The ``error`` is recorded if the scene has ``run.verify``; without one it is not known.
+        Their errors are recorded if the scene has ``run.verify``; without one they are not known.
 
-        A snapshot that the file has already stays as it is. If the one in the file differs, this
-        one replaces it and all later ones.
+        Snapshots that the file has already stay as they are. From the first that differs on, new
+        ones replace it and all later ones.
         """
-        particles = self.scene.chain.particles
-        require_array(time, (), "time")
-        require_array(positions, (particles, 3), "positions")
-        require_array(frames, (particles, 3, 3), "frames")
+        count, particles = len(block.time), self.scene.chain.particles
+        require_array(block.time, (count,), "time")
+        require_array(block.positions, (count, particles, 3), "positions")
+        require_array(block.frames, (count, particles, 3, 3), "frames")
         if index > self._series.count:
             raise ValueError(f"snapshot {index} comes after {self._series.count}, not yet written")
-        snapshot = time, positions, frames, step, error or NOT_KNOWN
         with file_errors(self.path, "cannot be written"):
             self._refuse_changed()
-            if not self._series.holds(index, *snapshot):
-                self._series.cut(index)
-                self._series.append(*snapshot)
+            held = self._series.held(index, block)
+            if held < count:
+                self._series.cut(index + held)
+                self._series.append(block.part(held, count))
 
     def checkpoint(self, checkpoint: Checkpoint) -> None:
         """Record where the run can resume, in place of the older of the two checkpoints."""

@@ -271,6 +271,7 @@ def test_a_full_disk_refuses_snapshots_and_says_how_many_fit(tmp_path, monkeypat
 
 def test_full_memory_refuses_snapshots(monkeypatch):
     scene = nrchain.load_scene("passive", **{"run.snapshots": 1000})
+    monkeypatch.setattr(recording, "SMALL", 0)
     monkeypatch.setattr(recording, "available_memory", lambda: 2**20)
     with pytest.raises(SceneError, match="would fit") as caught:
         nrchain.simulate(scene)

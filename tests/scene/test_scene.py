@@ -21,6 +21,7 @@ from nrchain.scene.loading import load_scene
 from nrchain.scene.poses import initial_poses
 from nrchain.scene.scene import Scene
 from nrchain.scene.toml import parse_assignment, scene_names, scene_path
+from nrchain.trajectory.block import Block
 from nrchain.trajectory.trajectory import Trajectory
 from nrchain.trajectory.writer import TrajectoryWriter
 
@@ -319,7 +320,7 @@ def test_a_saved_run_of_a_registered_mode_says_to_register_it_again(tmp_path, mo
     )
     scene = scene_of(**{"slip.9z": 1.0})
     with TrajectoryWriter(tmp_path / "run.h5", scene, np.array([0.0, 10.0])) as writer:
-        writer.write(0, 0.0, *initial_poses(scene), 0)
+        writer.write(0, Block.of_one(0.0, *initial_poses(scene), 0))
     assert Trajectory.open(tmp_path / "run.h5").scene == scene
     slip_modes.unregister("9z")
     with pytest.raises(

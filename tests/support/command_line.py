@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 from nrchain.cli.app import app
 from nrchain.cli.exits import REFUSED
 from nrchain.run.recording import Progress
+from nrchain.trajectory.block import Block
 from nrchain.trajectory.trajectory import Trajectory
 from nrchain.trajectory.writer import TrajectoryWriter
 
@@ -75,7 +76,7 @@ class Stub:
         frames = np.broadcast_to(np.eye(3), (particles, 3, 3))
         for index in indices:
             time = float(writer.times[index])
-            writer.write(index, time, positions, frames, index)
+            writer.write(index, Block.of_one(time, positions, frames, index))
             counters = {"steps": 7 * index, "wall_time": 0.5}
             writer.update_counters(counters)
             if progress:

@@ -13,6 +13,7 @@ from nrchain.analysis import measure
 from nrchain.outcome import Cause
 from nrchain.run.simulation import simulate
 from nrchain.scene.loading import load_scene
+from nrchain.trajectory.block import Block
 from nrchain.trajectory.checkpoint import Checkpoint
 from nrchain.trajectory.trajectory import Snapshot, Trajectory
 from nrchain.trajectory.writer import TrajectoryWriter
@@ -134,7 +135,7 @@ def test_a_run_that_goes_on_has_the_snapshots_it_has_finished(tmp_path):
         assert list(Trajectory.open(path)) == []
         early = None
         for index in range(4):
-            writer.write(index, TIMES[index], *poses(index), step=index)
+            writer.write(index, Block.of_one(TIMES[index], *poses(index), step=index))
             writer.checkpoint(checkpoint(index + 1))
             now = Trajectory.open(path)
             assert (len(now), now[-1].index, now.status) == (index + 1, index, "running")

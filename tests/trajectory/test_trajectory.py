@@ -22,6 +22,7 @@ from nrchain.run.simulation import resume, simulate
 from nrchain.scene.loading import load_scene
 from nrchain.trajectory import new_file, rows
 from nrchain.trajectory import writer as trajectory_writer
+from nrchain.trajectory.block import Block
 from nrchain.trajectory.checkpoint import Checkpoint
 from nrchain.trajectory.file import FILE_NAME, open_file
 from nrchain.trajectory.layout import COUNTERS, REASON_BYTES
@@ -44,7 +45,9 @@ def poses(particles, seed):
 
 def write(writer, index, time=None):
     time = TIMES[index] if time is None else time
-    writer.write(index, time, *poses(writer.scene.chain.particles, index), step=10 * index)
+    writer.write(
+        index, Block.of_one(time, *poses(writer.scene.chain.particles, index), step=10 * index)
+    )
 
 
 def checkpoint(seed, particles=4):
@@ -388,12 +391,12 @@ def test_a_missing_path_is_refused(tmp_path):
 def test_arrays_of_the_wrong_shape_or_not_finite_are_refused(path):
     positions, frames = poses(4, 0)
     with TrajectoryWriter(path, make_scene(), TIMES) as writer:
-        with pytest.raises(ValueError, match=r"positions: shape \(3,\)"):
-            writer.write(0, 0.0, positions[0], frames, 0)
+        with pytest.raises(ValueError, match=r"positions: shape \(1, 3\)"):
+            writer.write(0, Block.of_one(0.0, positions[0], frames, 0))
         with pytest.raises(ValueError, match=r"frames: shape"):
-            writer.write(0, 0.0, positions, frames[0], 0)
+            writer.write(0, Block.of_one(0.0, positions, frames[0], 0))
         with pytest.raises(ValueError, match="time: not all values are finite"):
-            writer.write(0, np.nan, positions, frames, 0)
+            writer.write(0, Block.of_one(np.nan, positions, frames, 0))
         with pytest.raises(ValueError, match=r"'step' is not a counter; the counters are steps"):
             writer.update_counters({"step": 1})
     with pytest.raises(ValueError, match=r"positions: shape"):
@@ -531,7 +534,7 @@ def test_the_disk_holds_a_whole_state_after_every_write(tmp_path, path, monkeypa
     monkeypatch.setattr(trajectory_writer, "open_file", open_kept)
     with TrajectoryWriter(path, make_scene(particles), TIMES) as writer:
         for place, time in zip((0, 1, 2, 3, 2, 3), times, strict=True):
-            writer.write(place, time, *uniform(time, particles), step=0)
+            writer.write(place, Block.of_one(time, *uniform(time, particles), step=0))
             writer.checkpoint(Checkpoint(time, *uniform(time, particles), 0, 0.0, np.zeros(3)))
             writer.update_counters({"steps": place})
             written.append((len(kept.left), time))
@@ -555,6 +558,46 @@ def test_the_disk_holds_a_whole_state_after_every_write(tmp_path, path, monkeypa
         assert sizes <= {len(whole[state - 1]), len(whole[state]), len(whole[state]) + 1}
     assert state == len(whole) - 1
     assert number > 60
+
+
+def block_of(indices, time=TIMES):
+    """Snapshots in a row."""
+    found = zip(*(poses(4, index) for index in indices), strict=True)
+    positions, frames = map(np.array, found)
+    return Block(time[list(indices)], positions, frames, 10 * np.array(indices))
+
+
+def test_snapshots_written_at_once_are_those_written_one_by_one(tmp_path):
+    single, several = tmp_path / "single.h5", tmp_path / "several.h5"
+    with TrajectoryWriter(single, make_scene(), TIMES) as writer:
+        for index in range(4):
+            write(writer, index)
+    with TrajectoryWriter(several, make_scene(), TIMES) as writer:
+        writer.write(0, block_of([0]))
+        writer.write(1, block_of([1, 2, 3]))
+    first, second = (Trajectory.open(path) for path in (single, several))
+    assert np.array_equal(first.time, second.time)
+    assert np.array_equal(first.positions, second.positions)
+    assert np.array_equal(first.frames, second.frames)
+    with h5py.File(single) as one, h5py.File(several) as other:
+        steps = "particles/trajectory/position/step"
+        assert one[steps][()].tolist() == other[steps][()].tolist() == [0, 10, 20, 30]
+
+
+@pytest.mark.parametrize(("place", "kept"), [(1, 4), (3, 3)])
+def test_a_block_replaces_snapshots_from_the_first_that_differs_on(path, place, kept):
+    """Those that agree stay where they are, also later ones if all of the block agree."""
+    with TrajectoryWriter(path, make_scene(), TIMES) as writer:
+        writer.write(0, block_of([0, 1, 2, 3]))
+        again = block_of([1, 2]) if place == 1 else block_of([1, 2, 3, 4])
+        if place == 3:
+            again.positions[2, 1, 0] += 1e-12
+        writer.write(1, again)
+    found = Trajectory.open(path)
+    assert len(found.time) == (4 if place == 1 else 5)
+    assert np.array_equal(found.positions[:kept], block_of(range(kept)).positions)
+    if place == 3:
+        assert np.array_equal(found.positions[3:], again.positions[2:])
 
 
 def test_the_two_checkpoints_take_turns(path):
@@ -622,6 +665,7 @@ def test_a_snapshot_larger_than_a_chunk_should_be_has_one_of_its_own(path, monke
 CHILD = """
 import sys
 import numpy as np
+from nrchain.trajectory.block import Block
 from nrchain.trajectory.checkpoint import Checkpoint
 from nrchain.scene.loading import load_scene
 from nrchain.trajectory.writer import TrajectoryWriter
@@ -632,7 +676,7 @@ with TrajectoryWriter(sys.argv[1], scene, np.arange(10000.0)) as writer:
     for step in range(10000):
         time = float(step)
         positions, frames[:] = np.full((300, 3), time), time
-        writer.write(step, time, positions, frames, step)
+        writer.write(step, Block.of_one(time, positions, frames, step))
         writer.checkpoint(Checkpoint(time, positions, frames, 0, 0.0, np.zeros(3)))
         print(step, flush=True)
 """
@@ -662,7 +706,7 @@ def test_a_killed_run_keeps_every_finished_snapshot(path, delay):
     assert reported + 1 <= len(trajectory.time) <= reported + 2
     assert trajectory.latest_checkpoint().time >= reported
     with TrajectoryWriter.reopen(path) as writer:
-        writer.write(0, 0.5, *uniform(0.5, 300), step=1)
+        writer.write(0, Block.of_one(0.5, *uniform(0.5, 300), step=1))
         writer.close("completed")
     assert assert_whole(path).status == "completed"
     assert list(path.parent.iterdir()) == [path]

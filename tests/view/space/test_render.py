@@ -29,6 +29,7 @@ from support.films import growing
 import pyvista
 import nrchain
 from nrchain.cli.app import main
+from nrchain.trajectory.block import Block
 from nrchain.trajectory.writer import TrajectoryWriter
 
 folder = sys.argv[1]
@@ -64,7 +65,7 @@ assert not process_state.changes(before, after), process_state.changes(before, a
 assert json.dumps(pyvista.global_theme.to_dict(), default=str) == theme
 with TrajectoryWriter(f"{folder}/run.h5", chain.scene, chain.time) as writer:
     for index, time in enumerate(chain.time):
-        writer.write(index, time, chain.positions[index], chain.frames[index], index)
+        writer.write(index, Block.of_one(time, chain.positions[index], chain.frames[index], index))
     writer.close("completed", "")
 sys.argv = ["nrchain", "render", f"{folder}/run.h5", "-o", f"{folder}/film.mp4", "--times", "5"]
 sys.argv += ["--size", "320x180", "--spacing", "logarithmic", "--fps", "10"]
