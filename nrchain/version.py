@@ -1,12 +1,17 @@
 """The version of the package, which trajectory files name."""
 
+from collections.abc import Mapping
+from functools import cache
+from types import MappingProxyType
+
 __version__ = "0.1.0"
 
 RECORDED = ("numpy", "scipy", "numba", "scikit-sundae", "pystokes", "h5py")
 """The packages whose versions are kept with results."""
 
 
-def versions() -> dict[str, str]:
+@cache
+def versions() -> Mapping[str, str]:
     """The versions of nrchain, of Python and of the packages that a run depends on."""
     # `import nrchain` loads this module, and is to load nothing else
     import platform
@@ -18,4 +23,4 @@ def versions() -> dict[str, str]:
             found[package] = metadata.version(package)
         except metadata.PackageNotFoundError:
             found[package] = "not installed"
-    return found
+    return MappingProxyType(found)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
 from pathlib import Path
 
 from nrchain.errors import TrajectoryError
@@ -51,7 +50,7 @@ def run_point(
         "unmeasured": {**earlier.get("unmeasured", {}), **reasons},
         "counters": dict(trajectory.counters),
         "warnings": warnings,
-        "versions": _versions(),
+        "versions": dict(versions()),
         "trajectory": file and f"{TRAJECTORIES}/{file.name}",
     }
 
@@ -78,8 +77,3 @@ def _kept(scene: Scene, file: Path | None) -> Trajectory | None:
         return None
     ended = trajectory.status != "running" and trajectory.cause not in UNFINISHED
     return trajectory if ended and trajectory.scene == scene else None
-
-
-@cache
-def _versions() -> dict[str, str]:
-    return versions()
