@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -133,8 +132,7 @@ def simulate_in_memory(
     memory = MemoryRecorder(start.scene)
     with _stopped_by(interruption) as interruption:
         stop = _run(start, memory, progress, interruption, report)
-    done = memory.trajectory(start.scene, stop)
-    return replace(done, choice=start.choice, provenance=start.provenance)
+    return memory.trajectory(start.scene, stop, start.choice, start.provenance)
 
 
 def simulate_to_file(

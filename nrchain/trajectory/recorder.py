@@ -9,11 +9,13 @@ from typing import ClassVar, Protocol
 import numpy as np
 
 from nrchain.outcome import Settled, Stop
+from nrchain.planning.choice import Choice
 from nrchain.scene.memory import refuse_snapshots, snapshot_bytes
 from nrchain.scene.scene import Scene
 from nrchain.trajectory.block import Block
 from nrchain.trajectory.checkpoint import Checkpoint
 from nrchain.trajectory.error_estimate import NOT_KNOWN
+from nrchain.trajectory.provenance import FROM_SCENE, Provenance
 from nrchain.trajectory.trajectory import Trajectory
 
 SMALL = 2**24
@@ -76,8 +78,14 @@ class MemoryRecorder:
     def update_counters(self, counters: dict[str, float]) -> None:
         self.counters = dict(counters)
 
-    def trajectory(self, scene: Scene, stop: Stop | Settled | None) -> Trajectory:
-        """The snapshots so far, and how the run ended."""
+    def trajectory(
+        self,
+        scene: Scene,
+        stop: Stop | Settled | None,
+        choice: Choice | None = None,
+        provenance: Provenance = FROM_SCENE,
+    ) -> Trajectory:
+        """The snapshots so far, how the run ended, and what it left out and started from."""
         cause = stop.cause if isinstance(stop, Stop) else None
         done = int(np.isfinite(self.time).sum())
         return Trajectory(
@@ -89,6 +97,8 @@ class MemoryRecorder:
             "completed" if cause is None else "stopped",
             stop.reason if stop else "",
             cause=cause,
+            choice=choice,
+            provenance=provenance,
             position_error=None if self.errors is None else self.errors[:done, 0],
             frame_error=None if self.errors is None else self.errors[:done, 1],
         )
