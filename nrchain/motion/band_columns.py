@@ -1,10 +1,11 @@
 """P A = L U, A x = b: elimination of a block-banded matrix, column by column, in steps of six.
 
-Every sphere is one step of six columns. A column holds its elements from 2w spheres above the
-diagonal to w spheres below it, in row ``6 (i − k + 2w) + p`` for component p of sphere i in column
-k. Interchanges of rows fill the upper w spheres. U has a unit diagonal, and the diagonal of L is
-stored as its reciprocal. Loops take four rows at a time and may pass the last row by two: the
-factors are zero there, and change nothing.
+Every sphere is one step of six columns. A column of sphere k holds its elements from some spheres
+above the diagonal to w spheres below it, in row ``6 (i − k + above) + p`` for component p of sphere
+i. There are w spheres above, or 2w if interchanges of rows fill more. U has a unit diagonal. L⁻¹
+takes the place of L in each step (:func:`nrchain.motion.lanes.eliminate_panel`): steps then are
+products, without a sequence of divisions. Loops take four rows at a time and may pass the last row
+by two: the factors are zero there, and change nothing.
 
 A pivot on the diagonal is taken if it is at least a tenth of the norm of its column; if not,
 rows are interchanged for the largest element. Growth of elements is then bounded as with
@@ -19,29 +20,53 @@ from typing import NamedTuple
 import numpy as np
 
 from nrchain._compile import inlined, part
-from nrchain.motion.lanes import LANES, solve_lower, solve_upper, subtract
+from nrchain.motion.lanes import (
+    LANES,
+    LARGEST,
+    THRESHOLD,
+    add_block,
+    advance,
+    eliminate_panel,
+    retreat,
+)
 
-THRESHOLD = 0.1
-"""Least size of a pivot on the diagonal, relative to the norm of its column."""
+FINE, SINGULAR, NARROW = range(3)
+"""Statuses of elimination; NARROW if interchanges need more rows above the diagonal."""
 
 
 class Band(NamedTuple):
     """The columns of a block-banded matrix of n spheres that reach w neighbours, then its factors.
 
-    ``columns`` (6n, height) is real or complex, ``pivots`` (6n,) are the distances of the rows
-    interchanged, and ``tops`` (n,) the first sphere with elements in the columns of each.
+    ``columns`` (6n, height) is real or complex, with ``above`` spheres above the diagonal.
+    ``pivots`` (6n,) are the distances of the rows interchanged, and ``moved`` (n,) how many rows of
+    a step to look at for them. ``panels`` (12, rows) is room for the columns of a step.
     """
 
     columns: np.ndarray
     pivots: np.ndarray
-    tops: np.ndarray
+    moved: np.ndarray
+    panels: np.ndarray
     reach: int
+    above: int
 
 
-def allocate_band(spheres: int, reach: int, dtype: type) -> Band:
-    """Arrays for a matrix of so many spheres."""
-    columns: np.ndarray = np.zeros((6 * spheres, 6 * (3 * reach + 1) + LANES), dtype)
-    return Band(columns, np.zeros(6 * spheres, np.int64), np.zeros(spheres, np.int64), reach)
+@inlined
+def height_of(reach, above):
+    """Rows of a column: those from the diagonal on fill whole vectors."""
+    return 6 * above + (6 * (reach + 1) + LANES - 1) // LANES * LANES
+
+
+def allocate_band(spheres: int, reach: int, dtype: type) -> tuple[np.ndarray, ...]:
+    """The arrays of a band of so many spheres, with room for 2w spheres above the diagonal.
+
+    There is one column more, for loops that pass the last row.
+    """
+    return (
+        np.zeros((6 * spheres + 1, height_of.py_func(reach, 2 * reach)), dtype),
+        np.zeros(6 * spheres, np.int64),
+        np.zeros(spheres, np.int64),
+        np.zeros((12, height_of.py_func(reach, 0)), dtype),
+    )
 
 
 def allocate_vectors(count: int, spheres: int, reach: int, dtype: type) -> np.ndarray:
@@ -53,173 +78,139 @@ def allocate_vectors(count: int, spheres: int, reach: int, dtype: type) -> np.nd
 
 
 @inlined
-def _rounded_up(rows):
-    """The rows of whole vectors."""
-    return (rows + LANES - 1) // LANES * LANES
-
-
-@inlined
-def _advance(columns, step, half, target, begin, end, to):
-    """Apply the multipliers of a step to columns of ``target``, whose row ``to`` is its first."""
-    c, d = 6 * step, 12 * half
-    rows = _rounded_up(6 * half)
-    for column in range(begin, end):
-        x = solve_lower(columns, c, d, target, column, to)
-        for r in range(0, rows, LANES):
-            subtract(columns, c, d + 6 + r, target, column, to + 6 + r, x)
-
-
-@inlined
-def _retreat(columns, step, half, above, target, begin, end, to):
-    """Solve for the rows of a step and subtract their part from the rows above."""
-    c, d = 6 * step, 12 * half
-    rows = _rounded_up(6 * above)
-    for column in range(begin, end):
-        x = solve_upper(columns, c, d, target, column, to)
-        for r in range(-rows, 0, LANES):
-            subtract(columns, c, d + r, target, column, to + r, x)
-
-
-@inlined
 def _square(value):
     """|z|² of a real or complex number."""
     return value.real * value.real + value.imag * value.imag
 
 
-@inlined
-def _pivot_row(columns, column, diagonal, end):
-    """The row of the pivot: the diagonal if it is large enough, else the largest of the column."""
-    size = _square(columns[column, diagonal])
-    squares = 0.0
-    for row in range(diagonal, end):
-        squares += _square(columns[column, np.uintp(row)])
-    if size >= THRESHOLD**2 * squares:
-        return diagonal
-    found = diagonal
-    for row in range(diagonal + 1, end):
-        if _square(columns[column, row]) > size:
-            size, found = _square(columns[column, row]), row
-    return found
-
-
-@inlined
-def _exchange(pivots, step, target, begin, end, to):
-    """Interchange the rows of a step in columns of ``target``."""
+@part
+def _exchange(pivots, step, target, column, to):
+    """Interchange the rows of a step in a column of ``target``."""
     for p in range(6):
         upper, lower = to + p, to + p + pivots[6 * step + p]
-        if upper == lower:
-            continue
-        for column in range(begin, end):
-            kept = target[column, upper]
-            target[column, upper] = target[column, lower]
-            target[column, lower] = kept
+        kept = target[column, upper]
+        target[column, upper] = target[column, lower]
+        target[column, lower] = kept
 
 
 @inlined
-def _eliminate_within(columns, step, half, pivots):
-    """Factorise the columns of a step; how many spheres its interchanges reach, −1 if singular."""
-    c, d = 6 * step, 12 * half
-    end, farthest = d + 6 * (half + 1), 0
-    for p in range(6):
-        diagonal = d + p
-        row = _pivot_row(columns, c + p, diagonal, end)
-        shift = row - diagonal
-        pivots[c + p] = shift
-        if shift != 0:
-            farthest = max(farthest, row // 6 - 2 * half)
-            for q in range(6):
-                kept = columns[c + q, diagonal]
-                columns[c + q, diagonal] = columns[c + q, row]
-                columns[c + q, row] = kept
-        pivot = columns[c + p, diagonal]
-        if not _square(pivot) > 0.0:
+def _pivot_row(panels, column, p):
+    """The row of pivot p: that if its element is large enough, else that of the largest below.
+
+    −1 if the column vanishes, or has elements that are not finite.
+    """
+    first = size = _square(panels[column, p])
+    squares, found = 0.0, p
+    for row in range(p, panels.shape[1]):
+        square = _square(panels[column, row])
+        squares += square
+        if square > size:
+            size, found = square, row
+    if not 0.0 < squares < LARGEST:
+        return -1
+    return p if first >= THRESHOLD**2 * squares else found
+
+
+@part
+def _interchange(band, step):
+    """Interchange the rows of the first pivot of a step that is too small.
+
+    Returns 1 + how many spheres below the other row is; 0 if all pivots are large enough, −1 if the
+    columns are singular. Above, ``panels`` has the columns of the step, and below each column as it
+    was when its pivot was taken.
+    """
+    columns, panels, pivots, moved = band.columns, band.panels, band.pivots, band.moved
+    half = panels.shape[0] // 2
+    first, diagonal = half * step, half * band.above
+    for p in range(moved[step], half):
+        row = _pivot_row(panels, half + p, p)
+        if row < 0:
             return -1
-        inverse = 1.0 / pivot
-        columns[c + p, diagonal] = inverse
-        start = diagonal + 1
-        rows = _rounded_up(end - start)
-        for q in range(p + 1, 6):
-            s = columns[c + q, diagonal] * inverse
-            columns[c + q, diagonal] = s
-            for r in range(0, rows, LANES):
-                subtract(columns, c + p, start + r, columns, c + q, start + r, (s,))
-    return farthest
+        pivots[first + p] = row - p
+        if row == p:
+            continue
+        for r in range(panels.shape[1]):
+            for q in range(half):
+                columns[first + q, diagonal + r] = panels[q, r]
+        for q in range(half):
+            columns[first + q, diagonal + p] = panels[q, row]
+            columns[first + q, diagonal + row] = panels[q, p]
+        moved[step] = p + 1
+        for later in range(p + 1, half):
+            pivots[first + later] = 0
+        return 1 + row // half
+    return 0
 
 
 @inlined
 def clear(band):
     """The identity."""
-    columns, diagonal = band.columns, 12 * band.reach
+    columns, diagonal = band.columns, 6 * band.above
     columns[:] = 0.0
     for column in range(columns.shape[0]):
         columns[column, diagonal + column % 6] = 1.0
 
 
 @inlined
-def add_block(band, row, column, factor, block):
-    """Add factor · block, the coupling of sphere ``row`` to sphere ``column``."""
-    first, to = 6 * column, 6 * (row - column + 2 * band.reach)
+def _fill(band, k, blocks, held, scale):
+    """The columns of sphere k of I − scale · J, without blocks that leave the chain."""
+    columns, half, spheres, first = band.columns, band.reach, band.moved.shape[0], 6 * k
+    columns[first : first + 6] = 0.0
+    if not held[k]:
+        for i in range(max(k - half, 0), min(k + half + 1, spheres)):
+            if not held[i]:
+                to = 6 * (i - k + band.above)
+                add_block(columns, first, to, blocks, i, k - i + half, -scale)
     for q in range(6):
-        for p in range(6):
-            band.columns[first + q, to + p] += factor * block[p, q]
-
-
-@inlined
-def fill(band, blocks, held, scale):
-    """I − scale · J of the first spheres of a chain, without blocks that wrap."""
-    columns, half, spheres = band.columns, band.reach, band.tops.shape[0]
-    diagonal, end = 12 * half, 6 * (3 * half + 1)
-    for k in range(spheres):
-        first = 6 * k
-        for q in range(6):
-            for row in range(6 * half):
-                columns[first + q, row] = 0.0
-            for row in range(end, columns.shape[1]):
-                columns[first + q, row] = 0.0
-        for m in range(2 * half + 1):
-            i, to = k + m - half, 6 * (m + half)
-            if i < 0 or i >= spheres or held[i] or held[k]:
-                for q in range(6):
-                    for p in range(6):
-                        columns[first + q, to + p] = 0.0
-                continue
-            for q in range(6):
-                for p in range(6):
-                    columns[first + q, np.uintp(to + p)] = -scale * blocks[i, 2 * half - m, p, q]
-        for q in range(6):
-            columns[first + q, diagonal + q] += 1.0
+        columns[first + q, 6 * band.above + q] += 1.0
 
 
 @part
-def eliminate(band):
-    """Replace the matrix by its factors; whether it is regular."""
-    columns, pivots, tops, half = band.columns, band.pivots, band.tops, band.reach
-    spheres, last = tops.shape[0], 0
-    for k in range(spheres):
-        tops[k] = max(k - half, 0)
-    for k in range(spheres):
-        farthest = _eliminate_within(columns, k, half, pivots)
-        if farthest < 0:
-            return False
+def eliminate(band, blocks, held, scale):
+    """Factorise I − scale · J of the first spheres of a chain; a status.
+
+    Its columns are set where the elimination first reaches them; if there are no ``blocks``, they
+    are set already.
+    """
+    columns, half, above = band.columns, band.reach, band.above
+    spheres, chunks = band.moved.shape[0], band.panels.shape[1] // LANES
+    last, unset = 0, min(spheres, blocks.shape[0])
+    for k in range(-above, spheres):
+        if k + above < unset:
+            _fill(band, k + above, blocks, held, scale)
+        if k < 0:
+            continue
+        band.moved[k], farthest = 0, 0
+        while not eliminate_panel(columns, 6 * k, 6 * above, band.panels, chunks):
+            spheres_below = _interchange(band, k) - 1
+            if spheres_below == -1:
+                break
+            if spheres_below < 0:
+                return SINGULAR
+            if spheres_below > above - half:
+                return NARROW
+            farthest = max(farthest, spheres_below)
         last = min(max(last, k + half + farthest), spheres - 1)
-        for m in range(k + half + 1, last + 1):
-            tops[m] = min(tops[m], k)
-        for m in range(k + 1, last + 1):
-            to = 6 * (k - m + 2 * half)
-            _exchange(pivots, k, columns, 6 * m, 6 * m + 6, to)
-            _advance(columns, k, half, columns, 6 * m, 6 * m + 6, to)
-    return True
+        for column in range(6 * (k + 1), 6 * (last + 1)):
+            to = 6 * (k - column // 6 + above)
+            if band.moved[k]:
+                _exchange(band.pivots, k, columns, column, to)
+            advance(columns, 6 * k, 6 * above, columns, column, to, chunks)
+    return FINE
 
 
 @part
 def substitute(band, vectors):
     """Replace vectors, in the layout of :func:`allocate_vectors`, by the solutions for them."""
-    columns, pivots, tops, half = band.columns, band.pivots, band.tops, band.reach
-    spheres, count = tops.shape[0], vectors.shape[0]
+    columns, half, above = band.columns, band.reach, band.above
+    spheres, count, chunks = band.moved.shape[0], vectors.shape[0], band.panels.shape[1] // LANES
     for k in range(spheres):
         to = 12 * half + 6 * k
-        _exchange(pivots, k, vectors, 0, count, to)
-        _advance(columns, k, half, vectors, 0, count, to)
+        for column in range(count):
+            if band.moved[k]:
+                _exchange(band.pivots, k, vectors, column, to)
+            advance(columns, 6 * k, 6 * above, vectors, column, to, chunks)
     for k in range(spheres - 1, -1, -1):
         to = 12 * half + 6 * k
-        _retreat(columns, k, half, k - tops[k], vectors, 0, count, to)
+        for column in range(count):
+            retreat(columns, 6 * k, 6 * above, vectors, column, to, 6 * above)

@@ -38,20 +38,21 @@ from nrchain._addresses import (
     table_of,
     vector_in,
 )
-from nrchain._compile import inlined
+from nrchain._compile import inlined, part
 from nrchain.motion.band_columns import (
+    FINE,
+    NARROW,
     Band,
-    add_block,
     allocate_band,
     allocate_vectors,
     clear,
     eliminate,
-    fill,
+    height_of,
     substitute,
 )
-from nrchain.motion.lanes import LANES, subtract
+from nrchain.motion.lanes import LANES, add_block, subtract
 
-FINE, SINGULAR, UNSTABLE = 0, 1, 2
+UNSTABLE = 3
 
 LARGEST_RESPONSE = 1e8
 """Bound on the norm of a column of A⁻¹ F: the solution keeps half its digits."""
@@ -60,8 +61,8 @@ LARGEST_RESPONSE = 1e8
 class Factors(NamedTuple):
     """Factors of I − cJ.
 
-    ``band`` is A, ``cut`` the matrix of the last spheres of a periodic chain, ``ties`` (w, 2w + 1,
-    6, 6) is G, and ``responses`` A⁻¹ F by columns.
+    ``band`` is A, ``cut`` the matrix of the last spheres of a periodic chain, and ``responses``
+    A⁻¹ F by columns. ``ties`` (6w (2w + 1), 8) is G: six columns of each block of :func:`_tie`.
     """
 
     band: Band
@@ -72,9 +73,9 @@ class Factors(NamedTuple):
 
 # Places of arrays in the table: J, its clamped spheres and c; the factors; vectors to solve for.
 BLOCKS, HELD, SCALE = range(3)
-COLUMNS, PIVOTS, TOPS, CUT_COLUMNS, CUT_PIVOTS, CUT_TOPS, TIES, RESPONSES = range(3, 11)
-VECTOR, CUT_VECTOR, WHOLE = range(11, 14)
-ARRAYS = 14
+BAND, CUT_BAND, TIES, RESPONSES, ABOVE = 3, 7, 11, 12, 13
+VECTOR, CUT_VECTOR, WHOLE = range(14, 17)
+ARRAYS = 17
 
 
 numbers_at: Any = None
@@ -82,23 +83,21 @@ numbers_at: Any = None
 
 
 @inlined
-def _factors_in(t, numbers_at):
-    """The factors in a table."""
-    reach, cut = t[BLOCKS, 2] // 2, t[CUT_TOPS, 1]
+def _band_in(t, k, reach, above, numbers_at):
+    """The band whose arrays begin at place k."""
+    columns = carray(numbers_at(t[k, 0]), (6 * t[k + 2, 1], height_of(reach, above)))
+    pivots, moved = vector_in(t, k + 1, integers_at), vector_in(t, k + 2, integers_at)
+    return Band(columns, pivots, moved, matrix_in(t, k + 3, numbers_at), reach, above)
+
+
+@inlined
+def _factors_in(t, above, numbers_at):
+    """The factors in a table; so many spheres ``above`` the diagonal of A."""
+    reach, cut = t[BLOCKS, 2] // 2, max(t[RESPONSES, 1] // 6 - 1, 0)
     return Factors(
-        Band(
-            matrix_in(t, COLUMNS, numbers_at),
-            vector_in(t, PIVOTS, integers_at),
-            vector_in(t, TOPS, integers_at),
-            reach,
-        ),
-        Band(
-            matrix_in(t, CUT_COLUMNS, numbers_at),
-            vector_in(t, CUT_PIVOTS, integers_at),
-            vector_in(t, CUT_TOPS, integers_at),
-            max(cut - 1, 0),
-        ),
-        blocks_in(t, TIES, numbers_at),
+        _band_in(t, BAND, reach, above, numbers_at),
+        _band_in(t, CUT_BAND, cut, 2 * cut, numbers_at),
+        matrix_in(t, TIES, numbers_at),
         matrix_in(t, RESPONSES, numbers_at),
     )
 
@@ -108,18 +107,20 @@ def _factorise(context, _source, _order, _slots, _width):
     t = carray(integers_at(context), (ARRAYS, ROW))
     blocks, held = blocks_in(t, BLOCKS, floats_at), vector_in(t, HELD, integers_at)
     scale = vector_in(t, SCALE, numbers_at)[0]
-    factors = _factors_in(t, numbers_at)
-    band, cut = factors.band, factors.cut
-    count = blocks.shape[0]
-    inner = band.tops.shape[0]
-    fill(band, blocks, held, scale)
-    regular = eliminate(band)
-    if inner == count:
-        return FINE if regular else SINGULAR
-    if not regular:
+    above, reach = vector_in(t, ABOVE, integers_at), blocks.shape[1] // 2
+    # few chains need room for interchanges, and long ones are faster without
+    for above[0] in (reach, 2 * reach):
+        factors = _factors_in(t, above[0], numbers_at)
+        status = eliminate(factors.band, blocks, held, scale)
+        if status != NARROW:
+            break
+    count, cut = blocks.shape[0], factors.cut
+    if factors.band.moved.shape[0] == count:
+        return status
+    if status:
         return UNSTABLE
     _set_couplings(blocks, held, scale, factors)
-    substitute(band, factors.responses)
+    substitute(factors.band, factors.responses)
     for column in range(factors.responses.shape[0]):
         squares = 0.0
         for row in range(factors.responses.shape[1]):
@@ -128,15 +129,31 @@ def _factorise(context, _source, _order, _slots, _width):
         if not squares < LARGEST_RESPONSE**2:
             return UNSTABLE
     _subtract_responses(factors, count)
-    return FINE if eliminate(cut) else SINGULAR
+    return eliminate(cut, blocks[:0], held, scale)
 
 
 @inlined
+def _tie(last, m, width):
+    """The first column of the block that ties one of the last spheres to its neighbour m."""
+    return 6 * (last * width + m)
+
+
+@part
+def _subtract_ties(ties, last, half, inner, count, vectors, target, column, to):
+    """Subtract G · vector in the rows of one of the last spheres."""
+    for m in range(2 * half + 1):
+        j = (inner + last + m - half) % count
+        if j < inner:
+            tie, row = _tie(last, m, 2 * half + 1), 12 * half + 6 * j
+            subtract(ties, tie, 0, target, column, to, vectors, column, row, 6)
+
+
+@part
 def _set_couplings(blocks, held, scale, factors):
     """Set F, G and the block of the last spheres of a periodic chain."""
     cut, ties, responses = factors.cut, factors.ties, factors.responses
     count, width = blocks.shape[0], blocks.shape[1]
-    half, inner = width // 2, factors.band.tops.shape[0]
+    half, inner = width // 2, factors.band.moved.shape[0]
     clear(cut)
     ties[:] = 0.0
     responses[:] = 0.0
@@ -147,38 +164,25 @@ def _set_couplings(blocks, held, scale, factors):
             j = (last + m - half) % count
             if not held[j]:
                 if j >= inner:
-                    add_block(cut, last - inner, j - inner, -scale, blocks[last, m])
+                    row = 6 * (last - j + cut.above)
+                    add_block(cut.columns, 6 * (j - inner), row, blocks, last, m, -scale)
                 else:
-                    for p in range(6):
-                        for q in range(6):
-                            ties[last - inner, m, p, q] = -scale * blocks[last, m, p, q]
+                    add_block(ties, _tie(last - inner, m, width), 0, blocks, last, m, -scale)
             i = (last - m + half) % count
             if i < inner and not held[i]:
-                for q in range(6):
-                    column, row = 6 * (last - inner) + q, 12 * half + 6 * i
-                    for p in range(6):
-                        responses[column, row + p] -= scale * blocks[i, m, p, q]
+                column, row = 6 * (last - inner), 12 * half + 6 * i
+                add_block(responses, column, row, blocks, i, m, -scale)
 
 
-@inlined
+@part
 def _subtract_responses(factors, count):
     """B − G A⁻¹ F."""
     cut, ties, responses = factors.cut, factors.ties, factors.responses
-    width, inner = ties.shape[1], factors.band.tops.shape[0]
-    half = width // 2
+    half, inner = factors.band.reach, factors.band.moved.shape[0]
     for column in range(responses.shape[0]):
-        for last in range(ties.shape[0]):
-            to = 6 * (last - column // 6 + 2 * cut.reach)
-            for m in range(width):
-                j = (inner + last + m - half) % count
-                if j >= inner:
-                    continue
-                row = 12 * half + 6 * j
-                for p in range(6):
-                    change = cut.columns[column, to + p]
-                    for q in range(6):
-                        change -= ties[last, m, p, q] * responses[column, row + q]
-                    cut.columns[column, to + p] = change
+        for last in range(count - inner):
+            to = 6 * (last - column // 6 + cut.above)
+            _subtract_ties(ties, last, half, inner, count, responses, cut.columns, column, to)
 
 
 def _solve(context, source, order, slots, _width):
@@ -188,10 +192,10 @@ def _solve(context, source, order, slots, _width):
     that is not 0, with zeros for all others.
     """
     t = carray(integers_at(context), (ARRAYS, ROW))
-    factors = _factors_in(t, numbers_at)
-    band, ties, count = factors.band, factors.ties, t[BLOCKS, 1]
+    factors = _factors_in(t, vector_in(t, ABOVE, integers_at)[0], numbers_at)
+    band, cut, ties, count = factors.band, factors.cut, factors.ties, t[BLOCKS, 1]
     right, cut_right = matrix_in(t, VECTOR, numbers_at), matrix_in(t, CUT_VECTOR, numbers_at)
-    inner, start, cut_start = band.tops.shape[0], 12 * band.reach, 12 * factors.cut.reach
+    inner, start, cut_start = band.moved.shape[0], 12 * band.reach, 12 * cut.reach
     vector = carray(numbers_at(source), (count, 6))
     spheres = carray(integers_at(order), slots)
     if order:
@@ -206,26 +210,18 @@ def _solve(context, source, order, slots, _width):
             right[0, start + 6 * i + p] = vector[i, p]
     substitute(band, right)
     if inner < count:
-        half = band.reach
         for last in range(count - inner):
             for p in range(6):
-                value = vector[inner + last, p]
-                for m in range(2 * half + 1):
-                    j = (inner + last + m - half) % count
-                    if j >= inner:
-                        continue
-                    for q in range(6):
-                        value -= ties[last, m, p, q] * right[0, start + 6 * j + q]
-                cut_right[0, cut_start + 6 * last + p] = value
-        substitute(factors.cut, cut_right)
+                cut_right[0, cut_start + 6 * last + p] = vector[inner + last, p]
         for last in range(count - inner):
-            row = cut_start + 6 * last
-            x0, x1, x2 = cut_right[0, row], cut_right[0, row + 1], cut_right[0, row + 2]
-            x3, x4, x5 = cut_right[0, row + 3], cut_right[0, row + 4], cut_right[0, row + 5]
+            to = cut_start + 6 * last
+            _subtract_ties(ties, last, band.reach, inner, count, right, cut_right, 0, to)
+        substitute(cut, cut_right)
+        for last in range(count - inner):
+            row, responses = cut_start + 6 * last, factors.responses
+            subtract(responses, 6 * last, start, right, 0, start, cut_right, 0, row, 6 * inner)
             for p in range(6):
                 vector[inner + last, p] = cut_right[0, row + p]
-            for r in range(start, start + 6 * inner, LANES):
-                subtract(factors.responses, 6 * last, r, right, 0, r, (x0, x1, x2, x3, x4, x5))
     for i in range(inner):
         for p in range(6):
             vector[i, p] = right[0, start + 6 * i + p]
@@ -262,16 +258,16 @@ class Elimination:
         count, reach = blocks.shape[0], blocks.shape[1] // 2
         cut = min(reach, count) if periodic else 0
         inner, cut_reach = count - cut, max(cut - 1, 0)
-        band, rest = allocate_band(inner, reach, kind), allocate_band(cut, cut_reach, kind)
         self.scale: np.ndarray = np.zeros(1, kind)
         self._arrays: tuple[np.ndarray, ...] = (
             blocks,
             held,
             self.scale,
-            *band[:3],
-            *rest[:3],
-            np.zeros((cut, 2 * reach + 1, 6, 6), kind),
+            *allocate_band(inner, reach, kind),
+            *allocate_band(cut, cut_reach, kind),
+            np.zeros((6 * cut * (2 * reach + 1), 2 * LANES), kind),
             allocate_vectors(6 * cut, inner, reach, kind),
+            np.zeros(1, np.int64),
             allocate_vectors(1, inner, reach, kind),
             allocate_vectors(1, cut, cut_reach, kind),
             np.zeros((count, 6), kind),

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import lapack
 
-from nrchain.motion.block_elimination import FINE, SINGULAR, UNSTABLE, Elimination
+from nrchain.motion.band_columns import FINE, SINGULAR
+from nrchain.motion.block_elimination import UNSTABLE, Elimination
 
 EPS = np.finfo(float).eps
 
