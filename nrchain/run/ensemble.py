@@ -1,9 +1,10 @@
-"""simulate_many: several scenes side by side in threads, each result as soon as its run ends."""
+"""simulate_many: several scenes side by side, each result as soon as its run ends."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Generator, Iterable, Mapping
+from concurrent.futures import Executor
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from nrchain.progress import Shown, bar
 from nrchain.run.folders import new_folder
 from nrchain.run.members import Member, Members, Warned
 from nrchain.run.output import output_file
+from nrchain.run.pool_members import PoolMembers
 from nrchain.scene.loading import load_scene
 from nrchain.scene.scene import Scene
 from nrchain.trajectory.file import refuse_existing
@@ -31,6 +33,7 @@ def simulate_many(
     output: str | Path | None = None,
     workers: int | None = None,
     *,
+    executor: Executor | None = None,
     overwrite: bool = False,
     progress: bool = False,
 ) -> Generator[Member, None, None]:
@@ -51,7 +54,12 @@ def simulate_many(
         be; none: memory only.
     workers
         Threads that run scenes, by default as many as this process has cores. If there are
-        several, each sums pairs on one core.
+        several, each sums pairs on one core. With an ``executor``, how many workers it has.
+    executor
+        Runs the scenes in place of threads: any of :mod:`concurrent.futures`, such as a pool of
+        processes. Threads take turns in what a run does in Python, some milliseconds; many cores
+        and short runs need processes. The pool stays open. If you leave the loop early, it goes on
+        with the runs under way.
     overwrite
         Whether existing files may be replaced.
     progress
@@ -72,8 +80,8 @@ def simulate_many(
     Raises
     ------
     SceneError
-        Before any run, for a scene that cannot be read, which is named by its index, and for
-        ``workers`` below 1.
+        Before any run, for a scene that cannot be read, which is named by its index, for
+        ``workers`` below 1, and for an ``executor`` that is none.
     TrajectoryError
         Before any run, for a file that exists, if ``overwrite`` is not set, and for an output that
         is no folder.
@@ -85,13 +93,19 @@ def simulate_many(
     [1.0, 2.0]
     """
     threads = available_cores() if workers is None else whole(least=1)("workers", workers)
+    is_class = isinstance(executor, type)
+    if executor is not None and (is_class or not hasattr(executor, "submit")):
+        raise SceneError("executor", executor, "must be an executor of concurrent.futures")
     loaded = _load(scenes)
     folder = None if output is None else _folder(output)
     width = max(DIGITS, len(str(len(loaded) - 1)))
     files = [None if folder is None else folder / f"{i:0{width}}.h5" for i in range(len(loaded))]
     for file in filter(None, files):
         refuse_existing(file, overwrite)
-    members = Members(zip(loaded, files, strict=True), threads, overwrite)
+    jobs = zip(loaded, files, strict=True)
+    if executor is None:
+        return _results(Members(jobs, threads, overwrite), folder, progress, len(loaded))
+    members = PoolMembers(jobs, executor, threads, overwrite)
     return _results(members, folder, progress, len(loaded))
 
 
@@ -103,7 +117,7 @@ def available_cores() -> int:
 
 
 def _results(
-    members: Members, folder: Path | None, progress: bool, total: int
+    members: Members | PoolMembers, folder: Path | None, progress: bool, total: int
 ) -> Generator[Member, None, None]:
     done = 0
     with (

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from queue import Empty, Queue
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 
@@ -68,6 +68,20 @@ class Warned:
     text: str
 
 
+Found = TypeVar("Found")
+
+
+def wait_for(queue: Queue[Found]) -> Found:
+    """What comes next in a queue; KeyboardInterrupt if a signal arrives first."""
+    with deferred() as interruption:
+        while not interruption.name:
+            try:
+                return queue.get(timeout=GLANCE)
+            except Empty:
+                continue
+    raise AssertionError("deferred() raises KeyboardInterrupt")
+
+
 class Members:
     """Runs scenes in threads, each into its file if it has one; used in a ``with`` statement.
 
@@ -104,20 +118,11 @@ class Members:
         with self._lock:
             if not self._jobs and not self._open:
                 return None
-        found = self._wait()
+        found = wait_for(self._found)
         if isinstance(found, Member):
             with self._lock:
                 self._open -= 1
         return found
-
-    def _wait(self) -> Member | Warned:
-        with deferred() as interruption:
-            while not interruption.name:
-                try:
-                    return self._found.get(timeout=GLANCE)
-                except Empty:
-                    continue
-        raise AssertionError("deferred() raises KeyboardInterrupt")
 
     def _start_threads(self) -> None:
         self._threads = [thread for thread in self._threads if thread.is_alive()]

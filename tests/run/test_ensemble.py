@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+from queue import Queue
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ import nrchain
 from nrchain.errors import SceneError, TrajectoryError
 from nrchain.outcome import Cause
 from nrchain.run.interruption import GLANCE, Interruption
-from nrchain.run.members import Members
+from nrchain.run.members import wait_for
 
 SHORT = {"chain.particles": 6, "run.end": 2.0, "run.snapshots": 5}
 ENDLESS = {
@@ -269,14 +270,14 @@ def test_a_signal_that_is_handled_late_is_not_lost(monkeypatch):
         time.sleep(2.0 * GLANCE)
 
     monkeypatch.setattr(Interruption, "note", late)
-    members = Members([], 1)
+    queue = Queue()
     arrives = threading.Timer(0.5 * GLANCE, os.kill, (os.getpid(), signal.SIGINT))
-    rescue = threading.Timer(20.0, members._found.put, (None,))
+    rescue = threading.Timer(20.0, queue.put, (None,))
     for timer in (arrives, rescue):
         timer.start()
     try:
         with pytest.raises(KeyboardInterrupt, match="SIGINT"):
-            members._wait()
+            wait_for(queue)
         assert rescue.is_alive()
     finally:
         rescue.cancel()
