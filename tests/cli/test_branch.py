@@ -11,6 +11,7 @@ SIX = ("--set", "chain.particles=6", "--set", "elasticity.ratio=1e8")
 def test_branches_are_followed_written_and_drawn(tmp_path):
     folder = tmp_path / "found"
     words = ("branch", "buckling", "--along", "slip.2s=700:900", *SIX, "--branches", "2")
+    words += ("--set", "elasticity.measure=isotropic")
     result = call(*words, "-o", folder)
     assert result.exit_code == 0
     found = nrchain.BranchDiagram.open(folder)

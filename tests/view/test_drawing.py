@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from itertools import product
 from pathlib import Path
 
 import matplotlib
@@ -99,9 +100,19 @@ def telling_sheets() -> dict[str, dict]:
     return chosen
 
 
-@pytest.mark.parametrize("view", few_of(DRAWN, {"planes"}))
+def hostile_settings() -> dict[str, dict]:
+    """Those that are seen each alone, and all others together."""
+    alone = {key: {key: HOSTILE[key]} for key in SEEN}
+    others = {key: value for key, value in HOSTILE.items() if key not in SEEN}
+    return alone | {"all others": others}
+
+
+@pytest.mark.parametrize(
+    ("view", "settings"),
+    few_of(product(DRAWN, [hostile_settings, telling_sheets]), {("planes", hostile_settings)}),
+)
 def test_settings_of_a_user_neither_break_a_picture_nor_change_what_it_shows(
-    view, trajectory, tmp_path
+    view, settings, trajectory, tmp_path
 ):
     """Fonts aside: letters may look other than without, lines and places may not.
 
@@ -110,10 +121,8 @@ def test_settings_of_a_user_neither_break_a_picture_nor_change_what_it_shows(
     path = tmp_path / "a.png"
     plain = image.imread(DRAWN[view](trajectory, path))
     blank = differing(plain, np.ones_like(plain))
-    alone = {key: {key: HOSTILE[key]} for key in SEEN}
-    others = {key: value for key, value in HOSTILE.items() if key not in SEEN}
-    for name, settings in (telling_sheets() | alone | {"all others": others}).items():
-        kept = {k: v for k, v in settings.items() if not k.startswith(("font.fam", "font.sans"))}
+    for name, given in settings().items():
+        kept = {k: v for k, v in given.items() if not k.startswith(("font.fam", "font.sans"))}
         with matplotlib.rc_context(kept):
             before = dict(matplotlib.rcParams)
             drawn = image.imread(DRAWN[view](trajectory, path))
