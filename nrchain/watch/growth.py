@@ -122,9 +122,12 @@ class GrowthWatch:
             return None
         farthest = np.maximum(check.farthest[self._places], np.abs(y))
         check.farthest[self._places] = farthest
+        if bend >= LARGEST:
+            check.pause[0] = BENT - 1
+            return None
         resolution = Resolution.of(self._integrator, self._atol, y, farthest)
         tolerance = resolution.across(_axis(poses[0], self._periodic))
-        if bend >= min(NEARLY * tolerance, LARGEST):
+        if bend >= NEARLY * tolerance:
             check.pause[0] = BENT - 1
             return None
         falls, self._before = bend < self._before, bend
