@@ -22,7 +22,7 @@ def list_pairs(positions, cutoff, period, pairs):
         for j in range(i + 1, count):
             x = positions[i, 0] - positions[j, 0]
             if period > 0.0:
-                x -= period * np.round(x / period)
+                x -= period * np.rint(x / period)
             y, z = positions[i, 1] - positions[j, 1], positions[i, 2] - positions[j, 2]
             if x * x + y * y + z * z < cutoff * cutoff:
                 if found < pairs.shape[0]:
@@ -74,7 +74,7 @@ def least_distance(positions, period):
         for j in range(i + 1, count):
             x = positions[i, 0] - positions[j, 0]
             if period > 0.0:
-                x -= period * np.round(x / period)
+                x -= period * np.rint(x / period)
             y, z = positions[i, 1] - positions[j, 1], positions[i, 2] - positions[j, 2]
             square = x * x + y * y + z * z
             if square < least:

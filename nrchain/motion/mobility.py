@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nrchain._addresses import address_of, carray, floats_at
 from nrchain._compile import kernel
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ def divide(twists, translational, rotational):
 @kernel
 def divide_blocks(blocks, translational, rotational):
     """Rows of forces over γ_T, rows of torques over γ_R, in place."""
-    rows = blocks.reshape(-1, 36)
+    rows = carray(floats_at(address_of(blocks)), (blocks.shape[0] * blocks.shape[1], 36))
     for block in range(rows.shape[0]):
         for k in range(18):
             rows[block, k] /= translational

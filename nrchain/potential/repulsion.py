@@ -55,7 +55,7 @@ def _separation(positions, i, j, period, vector):
     for k in range(3):
         vector[k] = positions[i, k] - positions[j, k]
     if period > 0.0:
-        vector[0] -= period * np.round(vector[0] / period)
+        vector[0] -= period * np.rint(vector[0] / period)
     return np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
 
 
@@ -161,6 +161,16 @@ def _pairs_at(t, positions):
     return pairs[: counts[0]]
 
 
+@part
+def _acts(stiffness):
+    """Whether an element of (3, 3) is not zero."""
+    for k in range(3):
+        for m in range(3):
+            if stiffness[k, m] != 0.0:
+                return True
+    return False
+
+
 def _add_at(context: int, positions: int, frames: int, out: int, width: int) -> int:
     """The term of :meth:`Repulsion.add_wrenches`."""
     t = carray(integers_at(context), (6, ROW))
@@ -185,7 +195,7 @@ def _add_blocks_at(context: int, positions: int, frames: int, out: int, width: i
     for p in range(pairs.shape[0]):
         i, j = pairs[p]
         places = min(j - i, n - j + i) if law[2] > 0.0 else j - i
-        if places > width and stiffness[p].any():
+        if places > width and _acts(stiffness[p]):
             far[found, 0], far[found, 1] = i, j
             for k in range(3):
                 for m in range(3):

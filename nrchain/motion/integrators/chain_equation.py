@@ -266,6 +266,8 @@ class ChainEquation:
         Addresses, by the places of :mod:`~nrchain.motion.integrators.radau_steps`.
     numbers, counts, vectors, pair
         What steps share with the functions: see there.
+    solvers
+        (3, 3) addresses: factors, solutions and table of both eliminations; a row to spare.
     checks
         Which steps need no look; at first, none needs one.
     """
@@ -287,6 +289,7 @@ class ChainEquation:
         kinds = float, complex
         self._eliminations = [Elimination(blocks, held, closes, kind) for kind in kinds]
         solvers = [(e.factorise_at, e.solve_at, e.table.ctypes.data) for e in self._eliminations]
+        self.solvers = np.array([*solvers, (0, 0, 0)])
         shared = self.numbers, self.counts, self.vectors, np.zeros((3, count, 3))
         ends = np.zeros((3, count, 3, 3)), np.zeros((count, 3)), np.zeros((count, 3, 3))
         self._arrays = (
@@ -296,7 +299,7 @@ class ChainEquation:
             *ends,
             blocks,
             np.zeros(6 * count),
-            np.array(solvers),
+            self.solvers,
             *(elimination.scale for elimination in self._eliminations),
             *self.checks.clearance,
             *self.checks.bend,

@@ -46,6 +46,8 @@ class Cvode(Integrator):
     def __init__(self, chain: ChartedChain, end: float, rtol: float, atol: np.ndarray) -> None:
         super().__init__(chain, end, rtol, atol)
         self._y, self._astray, self._jacobians = np.empty(0), False, 0
+        # arrays of CVODE are read-only: kernels are compiled for others
+        self._given = np.empty(len(atol))
         self._is_direct, self._confirms = chain.is_banded, False
         self._solver = CVODE(
             self._rates,
@@ -59,7 +61,8 @@ class Cvode(Integrator):
         )
 
     def _rates(self, t, y, ydot) -> None:
-        self.chain.rates(t, y, ydot)
+        self._given[:] = y
+        self.chain.rates(t, self._given, ydot)
         if not np.isfinite(ydot).all():
             raise NotFinite
 
@@ -75,7 +78,8 @@ class Cvode(Integrator):
                 f"a step from t = {begin:.6g} misses the tolerance at every length tried, down to"
                 f" {t - begin:.3g}"
             )
-        self.chain.linearise(t, y)
+        self._given[:] = y
+        self.chain.linearise(t, self._given)
         self.chain.factorise(gamma)
 
     def _solve(self, t, y, ydot, right, out, gamma, delta, side) -> None:
@@ -91,7 +95,8 @@ class Cvode(Integrator):
         if self._is_direct:
             out[:] = 0.0
         else:
-            self.chain.product(vector, out)
+            self._given[:] = vector
+            self.chain.product(self._given, out)
 
     def start(self, time: float, y: np.ndarray) -> None:
         self.begin = self.reached = time

@@ -18,6 +18,7 @@ import numpy as np
 
 from nrchain._addresses import (
     ROW,
+    Callback,
     address_of,
     call,
     carray,
@@ -37,8 +38,8 @@ from nrchain.motion.integrators.chain_equation import (
     ChainEquation,
 )
 from nrchain.motion.integrators.linear import KRYLOV_DIMENSION, RESIDUAL
-from nrchain.motion.integrators.radau_steps import SCALE, SOLVE_PAIR, SOLVE_REAL
-from nrchain.motion.terms import add_far
+from nrchain.motion.integrators.radau_steps import LINEARISE, SCALE, SOLVE_PAIR, SOLVE_REAL
+from nrchain.motion.terms import FAR, NO_BLOCKS, add_far
 
 
 @part
@@ -80,8 +81,9 @@ def _rotate(column, cosines, sines, target, j):
 @part
 def _set_far_product(t, vector, poses, twists, out):
     """out = R vector, for real or complex vectors; returns whether R is not zero."""
-    given, found, some = vector.view(np.float64), out.view(np.float64), False
-    kinds = given.shape[0] // vector.shape[0]
+    kinds, some = vector.itemsize // 8, False
+    given = carray(floats_at(address_of(vector)), kinds * vector.shape[0])
+    found = carray(floats_at(address_of(out)), kinds * vector.shape[0])
     for kind in range(kinds):
         for i in range(poses.shape[0]):
             for p in range(6):
@@ -150,7 +152,40 @@ def _solve(context, source, _target, _flag, which):
     return 0
 
 
-def solve_with_far_pairs(equation: ChainEquation) -> None:
-    """Solve the systems of an ``equation`` with what its blocks leave out."""
-    for place, kind in ((SOLVE_REAL, floats_at), (SOLVE_PAIR, complex_at)):
-        equation.functions[place] = compile_term(_solve, numbers_at=kind).address
+# The row to spare of the solvers: what takes J, and what is called where pairs far along the chain
+# first couple.
+AT_CONTACT = 2
+
+
+def _linearise(context, source, target, _flag, which):
+    """Take J; call Python once, when a pair far along the chain couples."""
+    t = carray(integers_at(context), (ARRAYS, ROW))
+    solvers, far = matrix_in(t, SOLVERS, integers_at), matrix_in(t, FAR, integers_at)
+    status = call(solvers[AT_CONTACT, 0], context, source, target, 0, which)
+    for k in range(far.shape[0]):
+        if status == 0 and call(far[k, 0], far[k, 1], 0, 0, 0, NO_BLOCKS):
+            return call(solvers[AT_CONTACT, 1], 0, 0, 0, 0, 0)
+    return status
+
+
+class FarPairSolver:
+    """Solves the systems of an ``equation`` with what its blocks leave out.
+
+    GMRES is compiled when a pair far along the chain first couples: most runs have none.
+    """
+
+    def __init__(self, equation: ChainEquation) -> None:
+        self._equation, self._contact = equation, Callback(self._begin)
+        self._direct = int(equation.functions[LINEARISE])
+        equation.solvers[AT_CONTACT, :2] = self._direct, self._contact.address
+        equation.functions[LINEARISE] = compile_term(_linearise).address
+
+    def _begin(self, *_: int) -> None:
+        functions = self._equation.functions
+        for place, kind in ((SOLVE_REAL, floats_at), (SOLVE_PAIR, complex_at)):
+            functions[place] = compile_term(_solve, numbers_at=kind).address
+        functions[LINEARISE] = self._direct
+
+    def raise_error(self) -> None:
+        """Raise the exception of the compilation, if it failed."""
+        self._contact.raise_error()

@@ -28,7 +28,7 @@ from nrchain.motion.integrators.base import (
     StepChecks,
 )
 from nrchain.motion.integrators.chain_equation import ChainEquation
-from nrchain.motion.integrators.far_pairs import solve_with_far_pairs
+from nrchain.motion.integrators.far_pairs import FarPairSolver
 from nrchain.motion.integrators.stage_solver import KrylovSolver
 from nrchain.types import Poses
 
@@ -71,9 +71,11 @@ class Radau(Integrator):
     ) -> None:
         super().__init__(chain, end, rtol, atol)
         self.equation = ChainEquation(chain, end, rtol, atol, fixed_step or 0.0)
-        self._solver = None if chain.model.is_near else KrylovSolver(chain, self.equation)
-        if self.equation.has_far_pairs and not self._solver:
-            solve_with_far_pairs(self.equation)
+        self._solver: KrylovSolver | FarPairSolver | None = None
+        if not chain.model.is_near:
+            self._solver = KrylovSolver(chain, self.equation)
+        elif self.equation.has_far_pairs:
+            self._solver = FarPairSolver(self.equation)
         self._places = (6 * chain.order[:, None] + np.arange(6)).ravel()
         equation = self.equation
         self._state = equation.functions, equation.numbers, equation.counts, equation.vectors
