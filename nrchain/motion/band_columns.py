@@ -24,10 +24,12 @@ from nrchain.motion.lanes import (
     LANES,
     LARGEST,
     THRESHOLD,
-    add_block,
     advance,
+    advance_pair,
+    announce,
     eliminate_panel,
     retreat,
+    set_block,
 )
 
 FINE, SINGULAR, NARROW = range(3)
@@ -155,12 +157,16 @@ def clear(band):
 def _fill(band, k, blocks, held, scale):
     """The columns of sphere k of I − scale · J, without blocks that leave the chain."""
     columns, half, spheres, first = band.columns, band.reach, band.moved.shape[0], 6 * k
-    columns[first : first + 6] = 0.0
-    if not held[k]:
-        for i in range(max(k - half, 0), min(k + half + 1, spheres)):
-            if not held[i]:
-                to = 6 * (i - k + band.above)
-                add_block(columns, first, to, blocks, i, k - i + half, -scale)
+    begin, end = 6 * (band.above - half), 6 * (band.above + half + 1)
+    for column in range(first, first + 6):
+        columns[column, :begin] = 0.0
+        columns[column, end:] = 0.0
+    for m in range(2 * half + 1):
+        i, to = k + half - m, end - 6 * (m + 1)
+        if i < 0 or i >= spheres or held[i] or held[k]:
+            columns[first : first + 6, to : to + 6] = 0.0
+        else:
+            set_block(columns, first, to, blocks, i, m, -scale)
     for q in range(6):
         columns[first + q, 6 * band.above + q] += 1.0
 
@@ -178,6 +184,7 @@ def eliminate(band, blocks, held, scale):
     for k in range(-above, spheres):
         if k + above < unset:
             _fill(band, k + above, blocks, held, scale)
+            announce(columns, 6 * (k + above + 1))
         if k < 0:
             continue
         band.moved[k], farthest = 0, 0
@@ -191,11 +198,12 @@ def eliminate(band, blocks, held, scale):
                 return NARROW
             farthest = max(farthest, spheres_below)
         last = min(max(last, k + half + farthest), spheres - 1)
-        for column in range(6 * (k + 1), 6 * (last + 1)):
+        for column in range(6 * (k + 1), 6 * (last + 1), 2):
             to = 6 * (k - column // 6 + above)
             if band.moved[k]:
                 _exchange(band.pivots, k, columns, column, to)
-            advance(columns, 6 * k, 6 * above, columns, column, to, chunks)
+                _exchange(band.pivots, k, columns, column + 1, to)
+            advance_pair(columns, 6 * k, 6 * above, columns, column, to, chunks)
     return FINE
 
 

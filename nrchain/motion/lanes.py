@@ -33,8 +33,12 @@ LARGEST = 1e300
 THRESHOLD = 0.1
 """Least size of a pivot on the diagonal, relative to the norm of its column."""
 
+_LINE = 64
+"""Bytes that a cache fetches at once."""
+
 _FAST = sorted(ARITHMETIC)
 _REAL, _INDEX = ir.DoubleType(), ir.IntType(32)
+_BYTES = ir.IntType(8).as_pointer()
 
 Parts = tuple[Any, ...]
 """A number in registers: its real part, and its imaginary part if it is complex. Or vectors that
@@ -142,6 +146,36 @@ class _Numbers:
         filled = (self._builder.insert_element(unset, part, first) for part in number)
         return tuple(self._shuffled(vector, self._width * [0]) for vector in filled)
 
+    def repeated_pairs(self, number: Parts) -> Any:
+        """A number in all lanes, its parts side by side."""
+        vector = ir.Constant(self._type, ir.Undefined)
+        for lane in range(LANES):
+            vector = self.insert(vector, number, lane)
+        return vector
+
+    def scaled_reals(self, reals: Any, scale: Any) -> Any:
+        """The product of four real numbers with a number of :meth:`repeated_pairs`."""
+        lanes = [place // self._parts for place in range(self._width)]
+        mask = ir.Constant(ir.VectorType(_INDEX, self._width), lanes)
+        return self.times(self._builder.shuffle_vector(reals, reals, mask), scale)
+
+    def transposed(self, rows: list[Any]) -> list[Any]:
+        """The columns of a square of real numbers, four by four."""
+
+        def mixed(first: Any, second: Any, *lanes: int) -> Any:
+            mask = ir.Constant(ir.VectorType(_INDEX, LANES), lanes)
+            return self._builder.shuffle_vector(first, second, mask)
+
+        even, odd = (
+            [mixed(rows[k], rows[k + 1], lane, 4 + lane, 2 + lane, 6 + lane) for k in (0, 2)]
+            for lane in (0, 1)
+        )
+        return [
+            mixed(*pairs, lane, lane + 1, lane + 4, lane + 5)
+            for lane in (0, 2)
+            for pairs in (even, odd)
+        ]
+
     def spread(self, vector: Any, lane: int) -> Parts:
         """The number of one lane in all lanes."""
         places = range(self._parts * lane, self._parts * (lane + 1))
@@ -183,13 +217,13 @@ class _Numbers:
         return total
 
     def sum_of_products(self, vectors: list[Any], factors: list[Parts]) -> Any:
-        """Σ factors · vectors, in two sums side by side."""
+        """Σ factors · vectors."""
         parts = []
         for k in range(self._parts):
-            halves = [self.zero, self.zero]
-            for p, (vector, factor) in enumerate(zip(vectors, factors, strict=True)):
-                halves[p % 2] = self._plus(halves[p % 2], vector, factor[k])
-            parts.append(self._builder.fadd(*halves, flags=_FAST))
+            total = self.zero
+            for vector, factor in zip(vectors, factors, strict=True):
+                total = self._plus(total, vector, factor[k])
+            parts.append(total)
         return parts[0] if len(parts) == 1 else self.plus(parts[0], self.with_turned(parts[1])[1])
 
     def plus_vector(self, total: Any, turned: Parts, factor: Parts) -> Any:
@@ -352,47 +386,62 @@ def _eliminate_below(
     return squares
 
 
-def _advance(
-    typing: Any,
-    columns: Any,
-    first: Any,
-    diagonal: Any,
-    target: Any,
-    column: Any,
-    row: Any,
-    chunks: Any,
-) -> Any:
-    """The function of ``advance``, for ``intrinsic``."""
-    signature = types.void(columns, first, diagonal, target, column, row, chunks)
+def _advance(count: int) -> Any:
+    """The function of ``advance`` for so many columns, for ``intrinsic``."""
 
-    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        n = _Numbers(builder, columns.dtype)
-        source = _columns(context, builder, columns, *arguments[:3], count=STEP)
-        to = _columns(context, builder, target, *arguments[3:6], count=1)
-        x = [n.load(to.at(0, p)) for p in range(STEP)]
-        with builder.if_else(n.are_tiny(x)) as (vanishes, counts):
-            with vanishes:
-                _store_all(n, [n.zero_number] * STEP, to)
-            with counts:
-                x = [n.repeated(number) for number in x]
-                old = n.joined(n.zero, n.vector(to.at(0, LANES)), STEP - LANES)
-                # U stands above the diagonal
-                top = [n.joined(n.zero, n.vector(source.at(p)), p) for p in range(LANES)]
-                n.store_vector(n.sum_of_products(top, x[:LANES]), to.at(0))
-                below = [
-                    n.joined(n.zero, n.vector(source.at(p, LANES)), p - LANES) for p in range(STEP)
-                ]
-                n.store_vector(n.plus(old, n.sum_of_products(below, x)), to.at(0, LANES))
+    def define(
+        typing: Any,
+        columns: Any,
+        first: Any,
+        diagonal: Any,
+        target: Any,
+        column: Any,
+        row: Any,
+        chunks: Any,
+    ) -> Any:
+        signature = types.void(columns, first, diagonal, target, column, row, chunks)
+
+        def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+            n = _Numbers(builder, columns.dtype)
+            source = _columns(context, builder, columns, *arguments[:3], count=STEP)
+            to = _columns(context, builder, target, *arguments[3:6], count=count)
+            x = [[n.load(to.at(m, p)) for p in range(STEP)] for m in range(count)]
+            repeated = [[n.repeated(number) for number in of_column] for of_column in x]
+
+            def multiply() -> None:
+                _multiply_top(n, source, to, repeated)
                 begin = ir.Constant(arguments[6].type, 2)
                 step = ir.Constant(arguments[6].type, 1)
                 with cgutils.for_range_slice(builder, begin, arguments[6], step) as (chunk, _):
                     r = builder.mul(chunk, ir.Constant(chunk.type, LANES))
-                    place = to.from_row(r).at(0)
-                    change = n.sum_of_products(list(map(n.vector, source.from_row(r).below(0))), x)
-                    n.store_vector(n.plus(n.vector(place), change), place)
-        return context.get_dummy_value()
+                    vectors = [n.vector(place) for place in source.from_row(r).below(0)]
+                    for place, factors in zip(to.from_row(r).below(0), repeated, strict=True):
+                        change = n.sum_of_products(vectors, factors)
+                        n.store_vector(n.plus(n.vector(place), change), place)
 
-    return signature, generate
+            if count > 1:  # columns of a matrix do not decay along the chain
+                multiply()
+                return context.get_dummy_value()
+            with builder.if_else(n.are_tiny(x[0])) as (vanishes, counts):
+                with vanishes:
+                    _store_all(n, [n.zero_number] * STEP, to)
+                with counts:
+                    multiply()
+            return context.get_dummy_value()
+
+        return signature, generate
+
+    return define
+
+
+def _multiply_top(n: _Numbers, source: _Columns, to: _Columns, x: list[list[Parts]]) -> None:
+    """The first two vectors of rows: L⁻¹ x, below the diagonal on which U begins, and two more."""
+    top = [n.joined(n.zero, n.vector(source.at(p)), p) for p in range(LANES)]
+    below = [n.joined(n.zero, n.vector(source.at(p, LANES)), p - LANES) for p in range(STEP)]
+    for m, factors in enumerate(x):
+        old = n.joined(n.zero, n.vector(to.at(m, LANES)), STEP - LANES)
+        n.store_vector(n.sum_of_products(top, factors[:LANES]), to.at(m))
+        n.store_vector(n.plus(old, n.sum_of_products(below, factors)), to.at(m, LANES))
 
 
 def _retreat(
@@ -468,6 +517,71 @@ def _subtraction(
     return signature, generate
 
 
+def _setting(
+    typing: Any, columns: Any, first: Any, row: Any, blocks: Any, i: Any, m: Any, factor: Any
+) -> Any:
+    """The function of ``set_block``, for ``intrinsic``."""
+    signature = types.void(columns, first, row, blocks, i, m, factor)
+
+    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+        n, reals = _Numbers(builder, columns.dtype), _Numbers(builder, types.float64)
+        block = _block_at(context, builder, blocks, *arguments[3:6])
+        to = _columns(context, builder, columns, *arguments[:3], count=STEP)
+        scale = n.repeated_pairs(n.unpacked(context, factor, arguments[6]))
+        # the next column takes the same block of the next sphere
+        following = builder.add(arguments[4], arguments[4].type(1))
+        following = _block_at(context, builder, blocks, arguments[3], following, arguments[5])
+        following = builder.bitcast(following, _BYTES)
+        for offset in range(0, 8 * STEP * STEP, _LINE):
+            _fetch(builder, builder.gep(following, [ir.Constant(_INDEX, offset)]), for_writing=0)
+        last = STEP - LANES
+        for p in (0, last):
+            for q in (0, last):
+                rows = [
+                    reals.vector(builder.gep(block, [ir.Constant(_INDEX, STEP * (p + k) + q)]))
+                    for k in range(LANES)
+                ]
+                for k, column in enumerate(reals.transposed(rows)):
+                    if q == 0 or k >= LANES - last:
+                        n.store_vector(n.scaled_reals(column, scale), to.at(q + k, p))
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+def _announcement(typing: Any, columns: Any, first: Any) -> Any:
+    """The function of ``announce``, for ``intrinsic``."""
+    signature = types.void(columns, first)
+
+    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+        zero, line = arguments[1].type(0), ir.Constant(arguments[1].type, _LINE)
+        begin = _columns(
+            context, builder, columns, arguments[0], arguments[1], zero, count=STEP + 1
+        )
+        first, last = (builder.ptrtoint(begin.at(q), zero.type) for q in (0, STEP))
+        with cgutils.for_range_slice(builder, first, last, line) as (address, _):
+            _fetch(builder, builder.inttoptr(address, _BYTES), for_writing=1)
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+def _fetch(builder: Any, place: Any, for_writing: int) -> None:
+    """Ask for the line at an address."""
+    kind = ir.FunctionType(ir.VoidType(), [_BYTES, *3 * [_INDEX]])
+    prefetch = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0i8")
+    soon, data = 3, 1
+    builder.call(prefetch, [place, *(ir.Constant(_INDEX, k) for k in (for_writing, soon, data))])
+
+
+def _block_at(context: Any, builder: Any, array: Any, value: Any, i: Any, m: Any) -> Any:
+    """The address of a block."""
+    struct = context.make_array(array)(context, builder, value)
+    width = cgutils.unpack_tuple(builder, struct.shape, 4)[1]
+    block = builder.add(builder.mul(i, width), m)
+    return builder.gep(struct.data, [builder.mul(block, ir.Constant(block.type, STEP * STEP))])
+
+
 def _block(
     typing: Any, columns: Any, first: Any, row: Any, blocks: Any, i: Any, m: Any, factor: Any
 ) -> Any:
@@ -476,10 +590,7 @@ def _block(
 
     def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
         n = _Numbers(builder, columns.dtype)
-        struct = context.make_array(blocks)(context, builder, arguments[3])
-        width = cgutils.unpack_tuple(builder, struct.shape, 4)[1]
-        block = builder.add(builder.mul(arguments[4], width), arguments[5])
-        block = builder.gep(struct.data, [builder.mul(block, ir.Constant(block.type, STEP * STEP))])
+        block = _block_at(context, builder, blocks, *arguments[3:6])
         scale = n.unpacked(context, factor, arguments[6])
         with cgutils.for_range(builder, arguments[1].type(STEP)) as loop:
             place = _columns(
@@ -518,12 +629,15 @@ replaced by the transformation of the step
 D being the first six rows. U has a unit diagonal, and is kept above the diagonal of L⁻¹.
 """
 
-advance: Any = intrinsic(_advance)
+advance: Any = intrinsic(_advance(1))
 """Apply the transformation of a step, [ L⁻¹ 0 ; −M L⁻¹ 1 ], to rows of a column.
 
 ``advance(columns, first, diagonal, target, column, row, chunks)`` with the columns of
 ``eliminate_panel``; ``row`` is the first of ``target[column]``.
 """
+
+advance_pair: Any = intrinsic(_advance(2))
+"""As ``advance`` for two columns at once: factors are loaded once for both."""
 
 retreat: Any = intrinsic(_retreat)
 """x = U⁻¹ target[column, row:row + 6] in place, with U of :func:`eliminate_panel`.
@@ -539,8 +653,14 @@ subtract: Any = intrinsic(_subtraction)
 ``subtract(source, first, row, target, column, to, vectors, vector, at, rows)``.
 """
 
-add_block: Any = intrinsic(_block)
-"""columns[first + q, row + p] += factor blocks[i, m, p, q].
+set_block: Any = intrinsic(_setting)
+"""columns[first + q, row + p] = factor blocks[i, m, p, q].
 
-``add_block(columns, first, row, blocks, i, m, factor)`` with real ``blocks``.
+``set_block(columns, first, row, blocks, i, m, factor)`` with real ``blocks``.
 """
+
+announce: Any = intrinsic(_announcement)
+"""Fetch six columns into the cache, to be written soon: ``announce(columns, first)``."""
+
+add_block: Any = intrinsic(_block)
+"""As ``set_block``, added to the elements."""

@@ -114,6 +114,71 @@ def test_a_leading_block_that_is_nearly_singular(scale, size):
     assert backward_error(system, right, found) <= bound(system, 2)
 
 
+@pytest.mark.parametrize("scale", [1.0, 0.6 + 0.8j])
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("reach", [1, 2, 3])
+def test_rows_that_interchange_between_all_spheres(reach, periodic, scale):
+    """Spheres w apart exchange their rows: the pivots of one are in the rows of the other."""
+    count = 36
+    system, right = random_system(10, count, reach, periodic, scale)
+    system.blocks[:] *= 0.1
+    for i in range(count):
+        is_first = i // reach % 2 == 0
+        system.blocks[i, reach] += (np.eye(6) / scale).real
+        system.blocks[i, 2 * reach if is_first else 0] += 50.0 * np.eye(6)
+    status, found = system.solved(right)
+    assert status == FINE
+    expected = np.linalg.solve(system.dense(), right.ravel())
+    condition = np.linalg.cond(system.dense(), np.inf)
+    assert condition < 1e4
+    allowed = 2 * condition * bound(system, reach)
+    assert np.abs(found.ravel() - expected).max() <= allowed * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.6 + 0.8j])
+@pytest.mark.parametrize("reach", [0, 1, 2, 3])
+def test_rows_that_interchange_within_spheres(reach, scale):
+    """Diagonal blocks that are permutations: six interchanges or fewer, and no fill."""
+    system, right = random_system(11, 12, reach, False, scale)
+    rng = np.random.default_rng(12)
+    system.blocks[:] *= 1e-3
+    for i in range(12):
+        system.blocks[i, reach] += (np.eye(6) / scale).real - 50.0 * np.eye(6)[rng.permutation(6)]
+    status, found = system.solved(right)
+    assert status == FINE
+    assert backward_error(system, right, found) <= bound(system, reach)
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.6 + 0.8j])
+@pytest.mark.parametrize("sphere", [0, 7, 18, 19])
+def test_one_sphere_that_interchanges_in_a_chain_that_does_not(sphere, scale):
+    """The matrix is taken anew with room for fill, where only one sphere needs it."""
+    system, right = random_system(13, 20, 3, False, scale)
+    system.blocks[:, 3] -= 100.0 * np.eye(6)
+    assert system.solved(right)[0] == FINE
+    system.blocks[sphere, 3] = (np.eye(6) / scale).real
+    status, found = system.solved(right)
+    assert status == FINE
+    assert backward_error(system, right, found) <= bound(system, 3)
+
+
+def test_rows_that_are_not_needed_change_nothing():
+    """A chain without interchanges has the same bits before and after another that has them."""
+    plain, right = random_system(14, 12, 2, False, 1.0)
+    plain.blocks[:, 2] -= 100.0 * np.eye(6)
+    hard, _ = random_system(15, 12, 2, False, 1.0)
+    blocks = plain.blocks.copy()
+    elimination = Elimination(blocks, np.zeros(12, np.int64), False, float)
+    solutions = []
+    for taken in (plain, hard, plain):
+        blocks[:] = taken.blocks
+        assert elimination.factorise(1.0) == FINE
+        solutions.append(right.copy())
+        elimination.solve(solutions[-1])
+    assert np.array_equal(solutions[0], solutions[2])
+    assert backward_error(hard, right, solutions[1]) <= bound(hard, 2)
+
+
 @settings(deadline=None, max_examples=50)
 @given(seed=st.integers(0, 2**32 - 1), scale=st.sampled_from([1.0, 1.0 + 0.5j]))
 def test_an_indefinite_matrix(seed, scale):
