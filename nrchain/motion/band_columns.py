@@ -2,8 +2,8 @@
 
 Every sphere is one step of six columns. A column of sphere k holds its elements from some spheres
 above the diagonal to w spheres below it, in row ``6 (i − k + above) + p`` for component p of sphere
-i. There are w spheres above, or 2w if interchanges of rows fill more. U has a unit diagonal. L⁻¹
-takes the place of L in each step (:func:`nrchain.motion.lanes.eliminate_panel`): steps then are
+i. There are w spheres above, or 2w if interchanges of rows fill more. U has a unit diagonal. In
+each step L⁻¹ takes the place of L (:func:`~nrchain.motion.panel_steps.eliminate_panel`): steps are
 products, without a sequence of divisions. Loops take four rows at a time and may pass the last row
 by two: the factors are zero there, and change nothing.
 
@@ -20,9 +20,8 @@ from typing import NamedTuple
 import numpy as np
 
 from nrchain._compile import inlined, part
-from nrchain.motion.lanes import (
-    LANES,
-    LARGEST,
+from nrchain.motion.lanes import LANES, LARGEST
+from nrchain.motion.panel_steps import (
     THRESHOLD,
     advance,
     advance_pair,
@@ -122,25 +121,26 @@ def _interchange(band, step):
     was when its pivot was taken.
     """
     columns, panels, pivots, moved = band.columns, band.panels, band.pivots, band.moved
-    half = panels.shape[0] // 2
-    first, diagonal = half * step, half * band.above
-    for p in range(moved[step], half):
-        row = _pivot_row(panels, half + p, p)
+    # a number that the compiler does not know: it would write out the loops
+    six = panels.shape[0] // 2
+    first, diagonal = six * step, six * band.above
+    for p in range(moved[step], six):
+        row = _pivot_row(panels, six + p, p)
         if row < 0:
             return -1
         pivots[first + p] = row - p
         if row == p:
             continue
         for r in range(panels.shape[1]):
-            for q in range(half):
+            for q in range(six):
                 columns[first + q, diagonal + r] = panels[q, r]
-        for q in range(half):
+        for q in range(six):
             columns[first + q, diagonal + p] = panels[q, row]
             columns[first + q, diagonal + row] = panels[q, p]
         moved[step] = p + 1
-        for later in range(p + 1, half):
+        for later in range(p + 1, six):
             pivots[first + later] = 0
-        return 1 + row // half
+        return 1 + row // six
     return 0
 
 
@@ -189,14 +189,14 @@ def eliminate(band, blocks, held, scale):
             continue
         band.moved[k], farthest = 0, 0
         while not eliminate_panel(columns, 6 * k, 6 * above, band.panels, chunks):
-            spheres_below = _interchange(band, k) - 1
-            if spheres_below == -1:
+            found = _interchange(band, k)
+            if found == 0:
                 break
-            if spheres_below < 0:
+            if found < 0:
                 return SINGULAR
-            if spheres_below > above - half:
+            farthest = max(farthest, found - 1)
+            if farthest > above - half:
                 return NARROW
-            farthest = max(farthest, spheres_below)
         last = min(max(last, k + half + farthest), spheres - 1)
         for column in range(6 * (k + 1), 6 * (last + 1), 2):
             to = 6 * (k - column // 6 + above)

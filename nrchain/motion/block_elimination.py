@@ -50,7 +50,8 @@ from nrchain.motion.band_columns import (
     height_of,
     substitute,
 )
-from nrchain.motion.lanes import LANES, add_block, subtract
+from nrchain.motion.lanes import LANES
+from nrchain.motion.panel_steps import add_block, subtract
 
 UNSTABLE = 3
 
@@ -109,8 +110,9 @@ def _factorise(context, _source, _order, _slots, _width):
     scale = vector_in(t, SCALE, numbers_at)[0]
     above, reach = vector_in(t, ABOVE, integers_at), blocks.shape[1] // 2
     # few chains need room for interchanges, and long ones are faster without
-    for above[0] in (reach, 2 * reach):
-        factors = _factors_in(t, above[0], numbers_at)
+    for spheres in (reach, 2 * reach):
+        above[0] = spheres
+        factors = _factors_in(t, spheres, numbers_at)
         status = eliminate(factors.band, blocks, held, scale)
         if status != NARROW:
             break
