@@ -33,17 +33,23 @@ ARITHMETIC = frozenset({"contract", "reassoc", "nsz", "arcp"})
 
 
 def kernel(
-    function: Callable[..., Any] | None = None, *, parallel: bool = False, nogil: bool = False
+    function: Callable[..., Any] | None = None,
+    *,
+    parallel: bool = False,
+    nogil: bool = False,
+    alone: bool = False,
 ):
     """``numba.njit`` with the options of nrchain; ``parallel`` loops write one row each.
 
-    ``nogil`` kernels release the global lock of the interpreter while they run.
+    ``nogil`` kernels release the global lock of the interpreter while they run. A kernel that
+    others call before Python does is compiled as their part. With ``alone`` it is compiled for
+    Python at once: this saves a second compilation of what both call.
     """
 
     def compile_(f: Callable[..., Any]) -> Any:
         # no kernel is handed to another as a value: this saves a tenth of its compilation
         found = _cached(f, numba.njit, parallel=parallel, nogil=nogil, no_cfunc_wrapper=True)
-        if isinstance(found, CPUDispatcher) and not parallel:
+        if isinstance(found, CPUDispatcher) and not (parallel or alone):
             return with_part(found, _part(found.py_func))
         return found
 

@@ -13,7 +13,7 @@ import numpy as np
 from nrchain._compile import kernel
 
 
-@kernel
+@kernel(alone=True)
 def cayley(theta, out):
     """out = cay(θ) = I + (θ^ + θ^²/2) / (1 + θ²/4), a rotation (3, 3).
 
@@ -91,7 +91,7 @@ def rate_derivative(theta, omega, out):
         out[m2, m] -= 0.5 * omega[m1]
 
 
-@kernel
+@kernel(alone=True)
 def orthonormalise(frames):
     """Each frame F ← F + (I − F Fᵀ) F/2, twice: the nearest rotation."""
     excess = np.empty((3, 3))

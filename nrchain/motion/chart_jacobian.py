@@ -13,7 +13,7 @@ from nrchain.geometry import lie
 from nrchain.motion.chart_poses import relative_rotation
 
 
-@kernel
+@kernel(alone=True)
 def set_tangents(y, order, spins, frames, twists, maps):
     """maps[i] = (T, T⁻¹, ∂(T⁻¹)·ω), (3, 3) each, of every sphere with coordinates."""
     omega = np.empty(3)
@@ -26,7 +26,7 @@ def set_tangents(y, order, spins, frames, twists, maps):
         lie.rate_derivative(theta, omega, maps[i, 2])
 
 
-@kernel
+@kernel(alone=True)
 def transform_blocks(blocks, slot_of, maps, turning):
     """blocks ← T_i⁻¹ D_ij T_j + δ_ij ∂(T_i⁻¹)·ω, in place."""
     count, width = blocks.shape[0], blocks.shape[1]

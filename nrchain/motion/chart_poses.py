@@ -40,14 +40,20 @@ def _rotated_axes(spin, time, out):
         out[a, c] -= sine * spin[b] / rate
 
 
-@kernel
+@part
+def _differ(first, second):
+    """Whether two vectors (3,) differ."""
+    return first[0] != second[0] or first[1] != second[1] or first[2] != second[2]
+
+
+@kernel(alone=True)
 def set_poses(y, order, base_positions, base_frames, spins, time, positions, frames):
     """positions = r⁰ + ρ and frames = cay(θ) R⁰ a ``time`` after the base was set."""
     rotation, base, turn, last = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), -1
     for slot in range(order.shape[0]):
         i = order[slot]
         lie.cayley(y[6 * slot + 3 : 6 * slot + 6], rotation)
-        if last < 0 or (spins[i] != spins[last]).any():
+        if last < 0 or _differ(spins[i], spins[last]):
             _rotated_axes(spins[i], time, turn)
             last = i
         for k in range(3):
@@ -82,7 +88,7 @@ def relative_rotation(spin, frame, twist, omega):
         omega[k] = twist[3 + k] - omega[k]
 
 
-@kernel
+@kernel(alone=True)
 def set_rates(y, order, drift, spins, frames, twists, out):
     """out = (ρ̇, θ̇) = (v − V, dcay⁻¹(ω − Σ_a Ω_a e_a)) of every slot."""
     omega = np.empty(3)
@@ -94,7 +100,7 @@ def set_rates(y, order, drift, spins, frames, twists, out):
         lie.rate(y[6 * slot + 3 : 6 * slot + 6], omega, out[6 * slot + 3 : 6 * slot + 6])
 
 
-@kernel
+@kernel(alone=True)
 def largest_turn(y):
     """max |θ|."""
     largest = 0.0

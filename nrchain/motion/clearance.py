@@ -48,7 +48,8 @@ class Clearance(NamedTuple):
 def largest_move(before, after):
     """How far a sphere has moved at most, beside the motion of all."""
     count = before.shape[0]
-    mean = np.zeros(3)
+    mean = np.empty(3)
+    mean[:] = 0.0
     for i in range(count):
         for k in range(3):
             mean[k] += (after[i, k] - before[i, k]) / count
@@ -61,7 +62,7 @@ def largest_move(before, after):
     return np.sqrt(largest)
 
 
-@kernel
+@kernel(alone=True)
 def margin(clearance, before, after):
     """How much farther apart than at contact all pairs are in a step, at least."""
     moved = 2.0 * EXCURSION * largest_move(before, after)

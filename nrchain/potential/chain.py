@@ -141,10 +141,14 @@ def block_kernel(terms: tuple[str, ...], isotropic: bool) -> Any:
 
     def add_jacobian(positions, frames, spacing, period, stretch, shear, twist, bend, blocks):
         count, periodic = positions.shape[0], period > 0.0
-        stiffness = np.array([stretch, shear, shear]) * spacing**2
-        roots, tensions, pulls = np.sqrt(stiffness), np.zeros(3), np.zeros((3, 3))
-        levers, ties = np.zeros((4, 3, 3)), np.empty((4, 3, 3))
-        tensile, turning = np.empty((3, 3)), np.empty((3, 3))
+        stiffness, roots, tensions = np.empty(3), np.empty(3), np.empty(3)
+        pulls, tensile, turning = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+        levers, ties = np.empty((4, 3, 3)), np.empty((4, 3, 3))
+        pulls[:] = 0.0
+        levers[:] = 0.0
+        for a in range(3):
+            stiffness[a] = (stretch if a == 0 else shear) * spacing**2
+            roots[a], tensions[a] = np.sqrt(stiffness[a]), 0.0
         for link in range(count if periodic else count - 1):
             if stretched or sheared:
                 wide = is_wide(link, count, periodic)

@@ -129,7 +129,8 @@ def _add_product(pairs, stiffness, poses, wrenches):
 @kernel
 def _has_moved(listed, positions, limit):
     """Whether a sphere has moved farther than ``limit``, beside the motion of all."""
-    count, mean = positions.shape[0], np.zeros(3)
+    count, mean = positions.shape[0], np.empty(3)
+    mean[:] = 0.0
     for i in range(count):
         for k in range(3):
             mean[k] += (positions[i, k] - listed[i, k]) / count

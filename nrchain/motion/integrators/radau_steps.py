@@ -121,7 +121,7 @@ def _rates(functions, numbers, counts, vectors, time, source, target):
     return _call(functions, RATES, vectors, source, target)
 
 
-@kernel
+@kernel(alone=True)
 def interpolate(numbers, counts, vectors, time, out):
     """out = y within the last step, on its collocation polynomial."""
     if not counts[STAGED]:
