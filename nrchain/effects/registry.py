@@ -17,7 +17,8 @@ import nrchain.effects
 from nrchain.effects.base import Effect, OneBodyEffect
 from nrchain.errors import NOT_GIVEN, SceneError
 from nrchain.inputs.names import did_you_mean
-from nrchain.inputs.rules import Section
+from nrchain.inputs.rules import Section, unknown
+from nrchain.scene.effect_sections import with_registration_hint
 from nrchain.scene.scene import Scene
 
 Registered = TypeVar("Registered", bound=type[Effect])
@@ -177,7 +178,14 @@ def find_effect(name: str) -> type[Effect]:
 
 
 def acting(scene: Scene) -> tuple[type[Effect], ...]:
-    """The effects that contribute in a scene."""
+    """The effects that contribute in a scene.
+
+    Raises SceneError for a section that no effect has any more, or not in this process.
+    """
+    for name, section in scene.further.items():
+        if section_kind(name) is None:
+            error = unknown(name, section.to_mapping(), section_kinds())
+            raise with_registration_hint(error, "an effect", "nrchain.register_effect")
     return tuple(cls for cls in effects() if cls.acts(scene))
 
 

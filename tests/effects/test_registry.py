@@ -193,6 +193,9 @@ def test_an_effect_of_ones_own_runs_is_written_and_resumed(spring, tmp_path):
         nrchain.Trajectory.open(tmp_path / "run.h5")
     with pytest.raises(SceneError, match="not a known key"):
         make({"spring.stiffness": 1.0})
+    # as in a process that has not registered the effect
+    with pytest.raises(SceneError, match=r"not a known key.* nrchain\.register_effect"):
+        nrchain.simulate(scene)
     nrchain.register_effect(spring)
 
 
