@@ -43,7 +43,8 @@ def simulate_many(
     with the first result that is asked for. At most ``2 * workers`` of them are under way or wait
     to be taken, so that memory does not grow with the number of scenes. Leaving the loop early, by
     ``break``, an error or Ctrl-C, stops the runs that are under way at their next step, and closes
-    their files with what they have. If you keep the iterator, its ``close()`` does that.
+    their files with what they have, unless an ``executor`` runs them. If you keep the iterator, its
+    ``close()`` does that.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ def simulate_many(
         Runs the scenes in place of threads: any of :mod:`concurrent.futures`, such as a pool of
         processes. Threads take turns in what a run does in Python, some milliseconds; many cores
         and short runs need processes. The pool stays open. If you leave the loop early, it goes on
-        with the runs under way.
+        with the runs that it has taken, up to ``2 * workers``; Ctrl-C ends those in processes too.
     overwrite
         Whether existing files may be replaced.
     progress
@@ -155,4 +156,5 @@ def _folder(output: str | Path) -> Path:
     folder, file = output_file(output, overwrite=True)
     if folder is None:
         raise TrajectoryError(f"{file}: must be a folder, which gets one file for each scene")
-    return folder
+    # processes of a pool may be in another folder, and this one may be left before a run begins
+    return folder.absolute()

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
+import pickle
+import time
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
@@ -10,6 +13,8 @@ import pytest
 
 import nrchain
 from nrchain.errors import SceneError
+from nrchain.run import pool_members
+from nrchain.run.pool_members import Parcel, Ran, run_member
 
 SHORT = {"chain.particles": 6, "run.end": 2.0, "run.snapshots": 5}
 
@@ -45,6 +50,60 @@ def test_processes_give_the_runs_failures_warnings_and_files_of_threads(tmp_path
         assert np.array_equal(kept.positions, run.positions)
         # a process that compiles its kernels rounds differently from one that loads them
         assert np.allclose(run.positions, wanted.positions, rtol=0.0, atol=1e-7)
+
+
+def test_files_are_where_the_caller_was_whatever_the_folder_of_a_worker(tmp_path, monkeypatch):
+    class Elsewhere(Counting):
+        def submit(self, task, *arguments):
+            os.chdir(tmp_path / "worker")
+            return super().submit(task, *arguments)
+
+    for name in ("caller", "worker"):
+        (tmp_path / name).mkdir()
+    monkeypatch.chdir(tmp_path / "caller")
+    executor = Elsewhere(1)
+    (member,) = nrchain.simulate_many([scene()], "runs", executor=executor)
+    assert member.result().path == tmp_path / "caller" / "runs" / "0000.h5"
+    assert member.result().path.is_file()
+    executor.threads.shutdown()
+
+
+class TwoPlaces(Exception):
+    """An error that pickle can write and not read."""
+
+    def __init__(self, first, second):
+        super().__init__(f"{first} and {second}")
+
+
+def test_an_error_that_cannot_be_pickled_keeps_its_text_and_a_scene_is_read_in_its_run():
+    ran = pickle.loads(pickle.dumps(Ran(None, TwoPlaces("here", "there"), ("warned",))))
+    assert isinstance(ran.error, RuntimeError)
+    assert str(ran.error).endswith("TwoPlaces: here and there")
+    assert ran.warnings == ("warned",)
+    refused = pickle.loads(pickle.dumps(Ran(None, SceneError("run.end", 0.0, "must be more"))))
+    assert isinstance(refused.error, SceneError)
+    assert pickle.loads(pickle.dumps(Parcel(scene()))).open() == scene()
+    # a scene with a class that its process does not have
+    found = run_member(Parcel(b"cnowhere\nNothing\n."), None, False, True, {}, time.time())
+    assert isinstance(found.error, ModuleNotFoundError)
+
+
+def test_a_process_that_a_signal_reached_begins_only_what_comes_later(monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt("SIGINT")
+
+    def run(handed_over):
+        return run_member(Parcel(scene()), None, False, True, {}, handed_over)
+
+    monkeypatch.setattr(pool_members, "_interrupted", -np.inf)
+    before = time.time()
+    with monkeypatch.context() as patch:
+        patch.setattr(pool_members, "simulate_in_memory", interrupted)
+        assert isinstance(run(before).error, KeyboardInterrupt)
+    assert isinstance(run(before).error, KeyboardInterrupt)
+    later = run(time.time() + 1.0)
+    assert later.error is None
+    assert later.trajectory.status == "completed"
 
 
 class Counting(Executor):
