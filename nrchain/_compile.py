@@ -43,7 +43,8 @@ def kernel(
 
     ``nogil`` kernels release the global lock of the interpreter while they run. A kernel that
     others call before Python does is compiled as their part. With ``alone`` it is compiled for
-    Python at once: this saves a second compilation of what both call.
+    Python at once: this saves a second compilation of what both call, and its instructions are the
+    same in all callers, as sums on one thread and on several need.
     """
 
     def compile_(f: Callable[..., Any]) -> Any:

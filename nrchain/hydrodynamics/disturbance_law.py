@@ -58,7 +58,7 @@ def between(points, i, j):
     )
 
 
-@kernel
+@kernel(alone=True)
 def add_stresslet(x, strain, factor, out):
     """out (6,) += factor (x f, (E·x) × x)/r⁵."""
     pulled, square = _pull(strain, x), 1.0 / _dot(x, x)
@@ -69,7 +69,7 @@ def add_stresslet(x, strain, factor, out):
         out[3 + k] += factor * turn[k]
 
 
-@kernel
+@kernel(alone=True)
 def add_stresslet_change(x, dx, strain, factor, out):
     """out (6,) += the change of :func:`add_stresslet` when x changes by dx."""
     square = 1.0 / _dot(x, x)
@@ -83,7 +83,7 @@ def add_stresslet_change(x, dx, strain, factor, out):
         out[3 + k] += factor * (first[k] + second[k] - stretch * turn[k])
 
 
-@kernel
+@kernel(alone=True)
 def add_finite_size(x, strain, factor, out):
     """out (6,) += factor (E·x − (5/2) x f/r², 0)/r⁵."""
     pulled, square = _pull(strain, x), 1.0 / _dot(x, x)
@@ -93,7 +93,7 @@ def add_finite_size(x, strain, factor, out):
         out[k] += factor * (pulled[k] - along * x[k])
 
 
-@kernel
+@kernel(alone=True)
 def add_finite_size_change(x, dx, strain, factor, out):
     """out (6,) += the change of :func:`add_finite_size` when x changes by dx."""
     square = 1.0 / _dot(x, x)

@@ -30,7 +30,7 @@ FLUID = 0.25
 """The factor of f·x/ρ³ in ψ for the flow of a force at a point of the fluid."""
 
 
-@kernel
+@kernel(alone=True)
 def sum_wrench_flows(sources, radius, me, first, last):
     """Σ_j (u, a w) at column ``me``, over 0 ≤ first ≤ j < last; rows of ``sources``: r, f and τ."""
     v0 = v1 = v2 = w0 = w1 = w2 = 0.0

@@ -91,7 +91,7 @@ def apply_change(terms, slopes, n, d, own, d_own, other, d_other):
     )
 
 
-@kernel
+@kernel(alone=True)
 def sum_twists(sources, radius, me, first, last):
     """Σ_j (v, a ω) at sphere ``me``, over 0 ≤ first ≤ j < last; rows of ``sources``: r, f and τ.
 
@@ -114,7 +114,7 @@ def sum_twists(sources, radius, me, first, last):
     return v0, v1, v2, w0, w1, w2
 
 
-@kernel
+@kernel(alone=True)
 def sum_changes(sources, changes, radius, me, first, last):
     """Change of :func:`sum_twists` with ``changes`` of the rows of ``sources``."""
     shrink, nowhere = 1.0 / radius, COINCIDENT * radius * radius

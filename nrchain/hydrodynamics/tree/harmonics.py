@@ -86,7 +86,7 @@ def _fill_coupling(degree, first, second, first_weight, second_weight):
                                 second_weight[a, b] = sign
 
 
-@kernel
+@kernel(alone=True)
 def fill_regular(x, y, z, degree, out):
     """out[a] = R_a(x, y, z) up to a degree."""
     square, re, im = x * x + y * y + z * z, 1.0, 0.0
@@ -105,7 +105,7 @@ def fill_regular(x, y, z, degree, out):
                 out[_index(ell, m, 1)] = this_im
 
 
-@kernel
+@kernel(alone=True)
 def fill_irregular(points, degree, out):
     """out[a, lane] = S_a of the ``points`` (3, LANES) up to a degree, m > 0 doubled."""
     lanes = points.shape[1]

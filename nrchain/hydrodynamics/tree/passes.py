@@ -26,7 +26,7 @@ POTENTIALS = 4
 """φ_x, φ_y, φ_z and ψ."""
 
 
-@kernel
+@kernel(alone=True)
 def _fill_moments(source, d, moments):
     """moments (4n,) = the rows of ``source`` (n, 4), with ψ about a centre that lies −d away."""
     for b in range(source.shape[0]):
@@ -103,7 +103,7 @@ def raise_kernel(parallel: bool):
     return compile_sum(raise_multipoles, parallel)
 
 
-@kernel
+@kernel(alone=True)
 def _fill_batch(balls, rows, multipoles, count, points, batch):
     """The displacements (3, LANES) and multipoles (n, 4, LANES) of a batch of far pairs."""
     for lane in range(LANES):
@@ -120,7 +120,7 @@ def _fill_batch(balls, rows, multipoles, count, points, batch):
             batch[b, 3, lane] = multipoles[j, b, 3] - x * m0 - y * m1 - z * m2
 
 
-@kernel
+@kernel(alone=True)
 def _add_batch(G, irregular, batch, degree, rows, total, locals_):
     """L_a of each target += (−1)^l_a Σ_b G_cab S_c M_b of its source, LANES pairs side by side."""
     first, second, first_weight, second_weight = G
@@ -197,7 +197,7 @@ def lower_kernel(parallel: bool):
     return compile_sum(lower_locals, parallel)
 
 
-@kernel
+@kernel(alone=True)
 def _slopes(G, degree, field, out):
     """out[k] = the local expansions of ∂_k of the columns of ``field`` (n, columns)."""
     first, second, first_weight, second_weight = G
@@ -211,7 +211,7 @@ def _slopes(G, degree, field, out):
                 out[k, b, column] = w1 * field[c1, column] + w2 * field[c2, column]
 
 
-@kernel
+@kernel(alone=True)
 def _flow_of(G, degree, local, slopes, field):
     """Columns of ``field`` (n, 12): φ_i + ∂_i ψ, then ∂_i φ_j at 3 + 3i + j."""
     _slopes(G, degree, local, slopes)
@@ -293,7 +293,7 @@ def gradient_kernel(parallel: bool):
     return compile_sum(fill_gradients, parallel)
 
 
-@kernel
+@kernel(alone=True)
 def add_moved(gradients, moves, radius, twists):
     """twists (N, 6) += the change of the flow at each sphere as it moves by ``moves`` (3, N)."""
     for j in range(twists.shape[0]):
