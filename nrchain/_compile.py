@@ -26,7 +26,22 @@ import numba
 import numpy as np
 from numba.core.registry import CPUDispatcher
 
-from nrchain._linking import KernelCompiler, PartCompiler, with_part
+LINKING = (0, 64), (0, 69)
+"""Releases of Numba, from the first and before the second, in which :mod:`nrchain._linking` was
+tried. It knows their inner parts; others compile in their own way, which takes half as long again.
+"""
+
+
+def links_parts(release: str) -> bool:
+    """Whether kernels are linked from parts with this release of Numba."""
+    first, second = (int(number) for number in release.split(".")[:2])
+    return LINKING[0] <= (first, second) < LINKING[1]
+
+
+LINKS = links_parts(numba.__version__)
+
+if LINKS:
+    from nrchain._linking import KernelCompiler, PartCompiler, with_part
 
 ARITHMETIC = frozenset({"contract", "reassoc", "nsz", "arcp"})
 """What the compiler may rearrange. ``nnan`` and ``ninf`` are absent: a NaN stays a NaN."""
@@ -50,7 +65,7 @@ def kernel(
     def compile_(f: Callable[..., Any]) -> Any:
         # no kernel is handed to another as a value: this saves a tenth of its compilation
         found = _cached(f, numba.njit, parallel=parallel, nogil=nogil, no_cfunc_wrapper=True)
-        if isinstance(found, CPUDispatcher) and not (parallel or alone):
+        if LINKS and isinstance(found, CPUDispatcher) and not (parallel or alone):
             return with_part(found, _part(found.py_func))
         return found
 
@@ -64,7 +79,8 @@ def part(function: Callable[..., Any]) -> Any:
 
 def _part(function: Callable[..., Any]) -> Any:
     options: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, **_OPTIONS}
-    options["pipeline_class"] = PartCompiler
+    if LINKS:
+        options["pipeline_class"] = PartCompiler
     return numba.njit(**options)(function)
 
 
@@ -88,7 +104,8 @@ _OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": set(ARITHMETIC)}
 
 def _cached(function: Callable[..., Any], decorator: Callable[..., Any], **options: Any) -> Any:
     named, options = rename(function, sources()), {**_OPTIONS, **options}
-    options["pipeline_class"] = KernelCompiler
+    if LINKS:
+        options["pipeline_class"] = KernelCompiler
     try:
         return decorator(cache=True, **options)(named)
     except RuntimeError:

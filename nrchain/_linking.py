@@ -8,7 +8,6 @@ instructions that can be linked: a kernel is optimised once, with all that it ca
 
 from __future__ import annotations
 
-import gc
 from typing import Any
 
 from numba.core.codegen import JITCodeLibrary
@@ -35,7 +34,7 @@ _HASH = hash(Flags())
 
 
 class KernelCompiler(Compiler):
-    """Numba's compiler, with options that compare fast and without garbage collection meanwhile."""
+    """Numba's compiler, with options that compare fast."""
 
     def __init__(
         self,
@@ -48,16 +47,6 @@ class KernelCompiler(Compiler):
         local: Any,
     ) -> None:
         super().__init__(typing, target, library, arguments, result, KernelFlags(flags), local)
-
-    def compile_extra(self, func: Any) -> Any:
-        # a tenth of the time would go into searching what the compiler still needs
-        was_on = gc.isenabled()
-        gc.disable()
-        try:
-            return super().compile_extra(func)
-        finally:
-            if was_on:
-                gc.enable()
 
 
 class PartLibrary(JITCodeLibrary):

@@ -217,3 +217,36 @@ def test_a_kernel_that_python_has_not_called_is_a_part_of_others():
     assert tripled_and_one(2.0) == 7.0
     assert not tripled.overloads
     assert tripled(2.0) == 6.0
+
+
+@pytest.mark.parametrize(
+    ("release", "links"),
+    [
+        ("0.59.0", False),
+        ("0.63.1", False),
+        ("0.64.0", True),
+        ("0.68.1", True),
+        ("0.69.0rc1", False),
+    ],
+)
+def test_parts_are_linked_with_the_releases_of_numba_in_which_that_was_tried(release, links):
+    assert compiled.links_parts(release) is links
+
+
+@pytest.mark.parametrize("links", [compiled.LINKS, False])
+def test_kernels_and_parts_also_compile_in_the_way_of_numba(links, monkeypatch):
+    monkeypatch.setattr(compiled, "LINKS", links)
+
+    @compiled.part
+    def square(x):
+        return x * x
+
+    @compiled.kernel
+    def tripled(x):
+        return 3.0 * x
+
+    @compiled.kernel
+    def both(x):
+        return square(x) + tripled(x)
+
+    assert (both(2.0), tripled(2.0)) == (10.0, 6.0)

@@ -25,11 +25,11 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import carray
 
 from nrchain._addresses import (
     ROW,
     blocks_in,
+    carray,
     compile_term,
     complex_at,
     floats_at,
