@@ -69,7 +69,7 @@ def test_files_are_where_the_caller_was_whatever_the_folder_of_a_worker(tmp_path
 
 
 class Unreadable:
-    """What pickle can write and not read, also with libraries that change how errors are pickled."""
+    """What pickle can write and not read, whatever library changes how errors are pickled."""
 
     def __repr__(self):
         return "unreadable"
