@@ -51,7 +51,7 @@ def compare(recorder: Recorder) -> None:
         )
 
 
-WHY = "threads take turns in Python, some 1.5 ms of a run of 5 ms"
+WHY = "threads take turns in Python, some 1.5 ms of each run; processes hand over their results"
 
 
 def _timed(

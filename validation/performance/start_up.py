@@ -86,7 +86,7 @@ def compare(recorder: Recorder) -> None:
         first / compilation,
         asked=BEFORE,
         reached=COLD,
-        source="Radau IIA compiles its steps, its charts and two eliminations, in 8 s more of the "
+        source="Radau IIA compiles its steps, its charts and two eliminations, in 9 s more of the "
         "processor than CVODE, once an installation",
     )
     recorder.table(
