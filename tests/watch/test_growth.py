@@ -150,6 +150,16 @@ def test_the_size_of_the_bend_of_a_bent_chain_is_computed_every_eighth_step(
     assert len(looks) == every_eighth if integrator == "cvode" else len(looks) < every_eighth
 
 
+def test_a_bend_that_is_large_needs_no_look_at_any_tolerance(monkeypatch):
+    """Also one of fewer than ten thousand tolerances."""
+    looks, bend = [], growth.bend_of
+    monkeypatch.setattr(growth, "bend_of", lambda *given: looks.append(bend(*given)) or looks[-1])
+    tolerance = {"run.rtol": 1e-3, "run.atol": 1e-3, "run.integrator": "cvode", "run.max_steps": 24}
+    run = nrchain.simulate(passive(**{"start.shape": "sine", "start.amplitude": 0.1}, **tolerance))
+    assert growth.LARGEST < max(looks[-1]) < growth.NEARLY * 1e-3
+    assert len(looks) == math.ceil(run.counters["steps"] / growth.BENT)
+
+
 def test_a_straight_unstable_chain_stays_straight_and_warns_once():
     scene = squeezed()
     with pytest.warns(nrchain.SceneWarning, match="straight to rounding at t = ") as warned:
