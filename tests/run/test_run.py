@@ -19,6 +19,7 @@ from nrchain.errors import SceneError, TrajectoryError
 from nrchain.geometry import near_pairs
 from nrchain.outcome import Cause, Stop
 from nrchain.planning import checked_start
+from nrchain.run import loop
 from nrchain.run.recording import snapshot_times
 from nrchain.watch.growth import GrowthWatch
 
@@ -249,6 +250,26 @@ def test_a_budget_of_steps_is_kept_and_spent_anew_by_resuming(tmp_path):
     assert pieces.status == "completed"
     assert np.array_equal(pieces.positions, whole.positions)
     assert pieces.counters["restarts"] > 0
+    recorded = []
+    for path in (whole.path, pieces.path):
+        with h5py.File(path) as file:
+            recorded.append(file["particles/trajectory/position/step"][()].tolist())
+    assert recorded[0] == recorded[1]
+
+
+def test_steps_at_snapshots_are_those_of_the_uninterrupted_run_after_the_second_checkpoint(
+    tmp_path, monkeypatch
+):
+    """Also at snapshots that compiled steps sample."""
+    monkeypatch.setattr(loop, "RESTART_STEPS", 20)
+    run = {"end": 60.0, "snapshots": 301, "integrator": "radau"}
+    scene = nrchain.load_scene("spiral-left", run=run)
+    whole = nrchain.simulate(scene, output=tmp_path / "whole.h5")
+    limited = nrchain.load_scene(scene, **{"run.max_steps": 30})
+    pieces = nrchain.simulate(limited, output=tmp_path)
+    assert pieces.latest_checkpoint().counters["steps"] == 20
+    while pieces.status != "completed":
+        pieces = nrchain.resume(tmp_path)
     recorded = []
     for path in (whole.path, pieces.path):
         with h5py.File(path) as file:
