@@ -262,7 +262,7 @@ def test_steps_at_snapshots_are_those_of_the_uninterrupted_run_after_the_second_
 ):
     """Also at snapshots that compiled steps sample."""
     monkeypatch.setattr(loop, "RESTART_STEPS", 20)
-    run = {"end": 60.0, "snapshots": 301, "integrator": "radau"}
+    run = {"end": 10.0, "snapshots": 51, "integrator": "radau"}
     scene = nrchain.load_scene("spiral-left", run=run)
     whole = nrchain.simulate(scene, output=tmp_path / "whole.h5")
     limited = nrchain.load_scene(scene, **{"run.max_steps": 30})
